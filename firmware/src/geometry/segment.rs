@@ -1,0 +1,20 @@
+//! The one curve type behind the geometry stage: a five-axis cubic in Hermite form.
+
+use crate::units::{AxisVec, Position};
+
+/// A cubic from `start` to `end`, parameter u in [0, 1].
+///
+/// The end points are exact; slopes are relative geometry and may be `f32`. Everything (lines, splines,
+/// `G6`) is handed on in this form, so that a block ends exactly on its end point by construction and
+/// neighbours that share a slope value share a tangent.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HermiteSegment {
+    /// P(0), steps.
+    pub start: Position,
+    /// P(1), steps.
+    pub end: Position,
+    /// dP/du at u = 0, mm or degree.
+    pub slope_start: AxisVec,
+    /// dP/du at u = 1, mm or degree.
+    pub slope_end: AxisVec,
+}

@@ -1,0 +1,1 @@
+//! interpolator (see docs/architecture.md).

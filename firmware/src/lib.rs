@@ -1,0 +1,18 @@
+//! Pentaspline: five-axis spline motion core.
+//!
+//! A program travels one way through this crate (`docs/architecture.md` walks the road):
+//! serial bytes, [`protocol`], [`nc`], [`geometry`], [`planner`] in the background; then, behind a
+//! single-producer queue, [`interpolator`] and [`stepgen`] in the servo interrupt.
+//! [`machine`] wires the stages. Time is an argument everywhere and is never read.
+#![cfg_attr(not(test), no_std)]
+#![deny(unsafe_code)]
+
+pub mod config;
+pub mod geometry;
+pub mod interpolator;
+pub mod machine;
+pub mod nc;
+pub mod planner;
+pub mod protocol;
+pub mod stepgen;
+pub mod units;

@@ -1,0 +1,5 @@
+//! Positions to step edges. Integer only.
+
+pub mod frame;
+
+pub use frame::{AxisSteps, StepFrame, SLOTS};

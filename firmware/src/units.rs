@@ -1,0 +1,30 @@
+//! The numbers that cross module borders: axis count, positions, programmed coordinates.
+
+use fixed::types::I32F32;
+
+/// Axes of the machine. Five, by design: loops over axes unroll and arrays have no length field.
+pub const AXES: usize = 5;
+
+/// Position or distance of one axis in steps, Q32.32.
+///
+/// Range: the whole of `i32` steps; resolution 2^-32 step (2.3e-13 mm at 1 um per step), fine
+/// enough for jerk to be taken from third differences of a recorded trace.
+pub type Steps = I32F32;
+
+/// Absolute position of all axes in steps.
+pub type Position = [Steps; AXES];
+
+/// One `f32` per axis, in millimetres for linear axes and degrees for rotary axes (or a derivative of those).
+pub type AxisVec = [f32; AXES];
+
+/// Programmed coordinate in 1e-6 mm (nanometres) or 1e-6 degree.
+///
+/// Programs print decimals; an integer of this unit holds every decimal a control accepts without
+/// rounding, and binary rounding happens once, on the way to [`Steps`].
+pub type Nano = i64;
+
+/// [`Nano`] per millimetre or degree.
+pub const NANO_PER_UNIT: Nano = 1_000_000;
+
+/// Servo ticks since power-up. Wraps after 2^64 ticks.
+pub type Tick = u64;

@@ -1,0 +1,1 @@
+//! Laws and helpers shared by the whole-product tests.
