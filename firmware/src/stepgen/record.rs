@@ -57,7 +57,7 @@ pub fn decode(bytes: &[u8]) -> Option<(StepFrame, usize)> {
 }
 
 /// 64-bit FNV-1a over the records of all ticks in motion.
-#[derive(Clone, Default)]
+#[derive(Default)]
 pub struct FrameDigest(fnv::FnvHasher);
 
 impl FrameDigest {
