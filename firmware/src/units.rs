@@ -28,3 +28,9 @@ pub const NANO_PER_UNIT: Nano = 1_000_000;
 
 /// Servo ticks since power-up. Wraps after 2^64 ticks.
 pub type Tick = u64;
+
+/// Square root through one door: IEEE-correct on host and target (`VSQRT` on a core with an FPU).
+#[must_use]
+pub fn sqrt(x: f32) -> f32 {
+    libm::sqrtf(x)
+}

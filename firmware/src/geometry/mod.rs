@@ -5,4 +5,4 @@
 
 pub mod segment;
 
-pub use segment::HermiteSegment;
+pub use segment::{HermiteSegment, PathSegment};

@@ -18,3 +18,18 @@ pub struct HermiteSegment {
     /// dP/du at u = 1, mm or degree.
     pub slope_end: AxisVec,
 }
+
+/// A segment with what the planner must know of the block it came from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PathSegment {
+    /// The curve.
+    pub segment: HermiteSegment,
+    /// Text line ([`crate::nc::Move::block`]).
+    pub block: u32,
+    /// Programmed feed, mm/s or degree/s; infinite for rapid motion.
+    pub feed: f32,
+    /// Come to rest at the end of this segment.
+    pub exact_stop: bool,
+    /// Jerk-limited (`SOFT`) rather than acceleration-limited (`BRISK`).
+    pub soft: bool,
+}
