@@ -77,3 +77,60 @@ impl Config {
         1.0 / self.axes[axis].steps_per_unit.to_num::<f32>()
     }
 }
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+
+    /// The MCV 1210 of `machines/mcv1210.toml`, written out by hand.
+    pub(crate) fn test_config() -> Config {
+        let linear = |letter, half: i64| AxisConfig {
+            letter,
+            kind: AxisKind::Linear,
+            steps_per_unit: Steps::from_num(1000),
+            v_max: 666.6667,
+            a_max: 5000.0,
+            j_max: 50_000.0,
+            corner_step: 0.0,
+            travel_min: -half * NANO_PER_UNIT,
+            travel_max: half * NANO_PER_UNIT,
+        };
+        let rotary = |letter, half| AxisConfig {
+            kind: AxisKind::Rotary,
+            v_max: 1.0,
+            a_max: 5.0,
+            j_max: 50.0,
+            ..linear(letter, half)
+        };
+        Config {
+            name: "test",
+            axes: [
+                linear(b'X', 500),
+                linear(b'Y', 400),
+                linear(b'Z', 300),
+                rotary(b'A', 115),
+                rotary(b'C', 200),
+            ],
+            servo_hz: 5000,
+            pulse_slots: 2,
+            dir_setup_slots: 4,
+            zero_offset: [0; AXES],
+            default_feed: 0.0,
+            default_soft: true,
+            starve_ticks: 1500,
+        }
+    }
+
+    #[test]
+    fn programmed_decimals_become_steps_rounded_to_nearest() {
+        let mut config = test_config();
+        config.axes[1].steps_per_unit = Steps::from_bits((400 << 32) / 3);
+        for (nano, axis) in [(1_800_000, 0), (-1, 0), (7, 1), (-123_456_789, 1), (1, 4)] {
+            let steps = config.steps_from_nano(axis, nano).unwrap();
+            let exact = nano as f64 * config.axes[axis].steps_per_unit.to_num::<f64>() / 1e6;
+            assert!((steps.to_num::<f64>() - exact).abs() < 3e-10 * (1.0 + exact.abs()));
+        }
+        assert_eq!(config.steps_from_nano(0, 1_800_000), Some(Steps::from_num(1800)));
+        assert_eq!(config.steps_from_nano(0, i64::MAX), None);
+    }
+}

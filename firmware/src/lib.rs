@@ -7,6 +7,7 @@
 #![cfg_attr(not(test), no_std)]
 #![deny(unsafe_code)]
 
+pub mod board;
 pub mod config;
 pub mod geometry;
 pub mod interpolator;

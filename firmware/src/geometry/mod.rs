@@ -1,8 +1,27 @@
 //! Blocks to cubic segments, and their arc length.
 //!
-//! [`builder::SegmentBuilder`] takes [`crate::nc::Move`]s and yields [`HermiteSegment`]s;
-//! [`arc`] turns those into constant-speed [`arc::ServoSegment`]s.
+//! In: [`crate::nc::command::Move`]s, absolute and modal-free. Out: [`PathSegment`]s, each a five-axis cubic.
+//! [`SegmentBuilder`] does this for lines, A-, B- and C-splines and `G6`, in bounded memory, with `f32` relative to
+//! integer positions; the arc-length stage then turns the cubics into constant-speed segments. Background only: never
+//! called from an interrupt.
 
+mod akima;
+pub mod arc;
+mod boundary;
+mod bspline;
+mod builder;
+mod chord;
+mod cubic;
+mod error;
+mod g6;
+mod line;
+mod queue;
 pub mod segment;
+mod singular;
+pub mod travel;
+#[cfg(test)]
+mod tests;
 
+pub use builder::SegmentBuilder;
+pub use error::{GeometryError, GeometryErrorKind};
 pub use segment::{HermiteSegment, PathSegment};

@@ -1,1 +1,107 @@
-//! interpolator (see docs/architecture.md).
+//! The servo interrupt's arithmetic: s(t) by forward differences, sigma(s), u(sigma), P(u).
+//!
+//! In: [`ServoSegment`]s and profile [`Piece`]s from the queues. Out: commanded positions in Q32.32 steps.
+//! Additions, multiplications and shifts only; the work of a tick does not depend on the data
+//! beyond the number of joints it crosses.
+
+use crate::geometry::arc::{ServoSegment, Q, U_FRAC};
+use crate::units::AXES;
+
+/// `(a * b) >> 62`: product with a Q2.62 factor, rounded towards minus infinity.
+#[inline]
+#[must_use]
+pub fn mul_q(a: i64, b: i64) -> i64 {
+    ((i128::from(a) * i128::from(b)) >> Q) as i64
+}
+
+/// Path parameter u in Q2.62 at path coordinate `s` (Q10.54) of `segment`.
+#[inline]
+#[must_use]
+pub fn parameter(segment: &ServoSegment, s: i64) -> i64 {
+    let sigma = mul_q(s << segment.shift, segment.inverse);
+    let c = &segment.u;
+    let mut u = c[4];
+    for k in (0..4).rev() {
+        u = c[k] + mul_q(u, sigma);
+    }
+    mul_q(u, sigma) << (Q - U_FRAC)
+}
+
+/// Position at path coordinate `s`, Q32.32 steps per axis.
+///
+/// The truncation of the three products stays below three units of 2^-32 step.
+#[inline]
+#[must_use]
+pub fn position(segment: &ServoSegment, s: i64) -> [i64; AXES] {
+    let u1 = parameter(segment, s);
+    let u2 = mul_q(u1, u1);
+    let u3 = mul_q(u2, u1);
+    core::array::from_fn(|a| {
+        let [a1, a2, a3] = segment.cubic[a];
+        segment.start[a] + mul_q(a1, u1) + mul_q(a2, u2) + mul_q(a3, u3)
+    })
+}
+
+/// How a [`Piece`] ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PieceEnd {
+    /// Another piece follows.
+    Continue,
+    /// At rest at the end of the segment with this running number.
+    StopAfter(u32),
+    /// At rest on the path, wherever that is (feed hold).
+    StopHere,
+}
+
+/// A stretch of constant jerk, whole ticks long.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Piece {
+    /// Jerk, path units per tick^3 in Q10.54.
+    pub jerk: i64,
+    /// Duration.
+    pub ticks: u32,
+    /// What the last tick does.
+    pub end: PieceEnd,
+    /// How to come to rest on the path if nothing follows this piece: jerk and ticks of three phases.
+    pub escape: [(i64, u32); 3],
+    /// Pieces planned before an escape are void: the interrupt takes only those of its own generation.
+    pub generation: u32,
+}
+
+/// The state s(t): position, velocity and acceleration as backward differences per tick, Q10.54.
+///
+/// One tick is `a += j; v += a; s += v`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct PathState {
+    /// Path coordinate within the current segment.
+    pub s: i64,
+    /// Path units per tick.
+    pub v: i64,
+    /// Path units per tick^2.
+    pub a: i64,
+}
+
+impl PathState {
+    /// One tick at jerk `j`.
+    #[inline]
+    pub fn step(&mut self, j: i64) {
+        self.a += j;
+        self.v += self.a;
+        self.s += self.v;
+    }
+
+    /// `n` ticks at jerk `j` in closed form; the same integers as `n` times [`Self::step`].
+    /// `None` if a result leaves `i64`.
+    #[must_use]
+    pub fn after(&self, j: i64, n: u32) -> Option<Self> {
+        let (s, v, a) = (i128::from(self.s), i128::from(self.v), i128::from(self.a));
+        let (j, n) = (i128::from(j), i128::from(n));
+        let n2 = n * (n + 1) / 2;
+        let n3 = n * (n + 1) * (n + 2) / 6;
+        Some(Self {
+            s: i64::try_from(s + n * v + n2 * a + n3 * j).ok()?,
+            v: i64::try_from(v + n * a + n2 * j).ok()?,
+            a: i64::try_from(a + n * j).ok()?,
+        })
+    }
+}

@@ -1,8 +1,23 @@
 //! Wires the stages: background [`Controller`], interrupt [`Servo`], and the [`Core`] both live in.
 
+mod controller;
+mod servo;
+pub(crate) mod shared;
+
+use heapless::spsc::Queue;
+
 use crate::config::Config;
-use crate::stepgen::StepFrame;
-use crate::units::{Position, Tick};
+use crate::geometry::arc::ServoSegment;
+use crate::interpolator::Piece;
+use crate::planner::{nodes::NODES, Planner};
+use crate::units::{Position, AXES};
+
+pub use controller::Controller;
+pub use servo::Servo;
+use shared::Shared;
+
+/// Profile pieces between background and interrupt.
+const PIECES: usize = 64;
 
 /// Requests that take effect at once, whatever is queued.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -11,49 +26,10 @@ pub enum Event {
     Hold,
     /// `~`: cycle start; resume after hold, `M0`, or an error.
     Resume,
-    /// `0x18`: soft reset; stop, forget the program.
+    /// `0x18`: soft reset; stop on the path, forget the program.
     Reset,
-    /// A limit switch or the emergency stop opened.
+    /// A limit switch or the emergency stop opened: no step from now on.
     Fault,
-}
-
-/// Storage shared by the two halves. Make it static on a board.
-pub struct Core {
-    _private: (),
-}
-
-impl Core {
-    /// Empty core.
-    #[must_use]
-    pub const fn new() -> Self {
-        Self { _private: () }
-    }
-
-    /// Splits into the background half and the interrupt half.
-    pub fn split<'a>(&'a mut self, config: &'a Config) -> (Controller<'a>, Servo<'a>) {
-        (Controller { _config: config }, Servo { _config: config })
-    }
-}
-
-impl Default for Core {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
-/// What the interrupt half did last.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Sample {
-    /// Commanded position after this tick, Q32.32 steps.
-    pub commanded: Position,
-    /// Steps emitted since power-up per axis: `commanded` rounded half up.
-    pub emitted: [i32; crate::units::AXES],
-    /// Path velocity, mm/s (degree/s in a block that moves rotary axes only).
-    pub feed: f32,
-    /// Text line of the block being executed, 0 at rest.
-    pub block: u32,
-    /// A path is being followed.
-    pub moving: bool,
 }
 
 /// State as the status report names it.
@@ -69,68 +45,49 @@ pub enum State {
     Alarm,
 }
 
-/// Background half: text in, segments out.
-pub struct Controller<'a> {
-    _config: &'a Config,
+/// What the interrupt half did last.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Sample {
+    /// Commanded position after this tick, Q32.32 steps.
+    pub commanded: Position,
+    /// Steps emitted since power-up per axis: `commanded` rounded half up.
+    pub emitted: [i32; AXES],
+    /// Path velocity, mm/s (degree/s in a block that moves rotary axes only).
+    pub feed: f32,
+    /// Text line of the block being executed, 0 at rest.
+    pub block: u32,
+    /// A path is being followed: the frame of this tick counts for the digest.
+    pub moving: bool,
 }
 
-impl Controller<'_> {
-    /// One byte from the wire. Real-time bytes act at once and never take buffer space.
-    pub fn receive(&mut self, _byte: u8) {
-        unimplemented!()
-    }
-    /// Bytes the receive buffer can still take.
+/// Storage shared by the two halves. Make it static on a board.
+pub struct Core {
+    segments: Queue<ServoSegment, NODES>,
+    pieces: Queue<Piece, PIECES>,
+    shared: Shared,
+}
+
+impl Core {
+    /// Empty core.
     #[must_use]
-    pub fn receive_free(&self) -> usize {
-        unimplemented!()
+    pub const fn new() -> Self {
+        Self { segments: Queue::new(), pieces: Queue::new(), shared: Shared::new() }
     }
-    /// Next byte for the wire.
-    pub fn transmit(&mut self) -> Option<u8> {
-        unimplemented!()
-    }
-    /// Does one bounded piece of background work; `true` if there is more to do now.
-    pub fn poll(&mut self, _now: Tick) -> bool {
-        unimplemented!()
-    }
-    /// Real-time request, the same as its byte on the wire.
-    pub fn event(&mut self, _event: Event) {
-        unimplemented!()
-    }
-    /// Current state.
-    #[must_use]
-    pub fn state(&self) -> State {
-        unimplemented!()
-    }
-    /// True when every byte received has been worked off and the machine is at rest.
-    #[must_use]
-    pub fn is_idle(&self) -> bool {
-        unimplemented!()
-    }
-    /// With `false` (power-up value `true`), `M0` and `M1` do not wait.
-    pub fn set_program_stops(&mut self, _wait: bool) {
-        unimplemented!()
+
+    /// Splits into the background half and the interrupt half.
+    pub fn split<'a>(&'a mut self, config: &'a Config) -> (Controller<'a>, Servo<'a>) {
+        let (segments_in, segments_out) = self.segments.split();
+        let (pieces_in, pieces_out) = self.pieces.split();
+        let planner = Planner::new(segments_in, pieces_in, &self.shared);
+        (
+            Controller::new(config, planner, &self.shared),
+            Servo::new(segments_out, pieces_out, &self.shared, config),
+        )
     }
 }
 
-/// Interrupt half: one call per servo tick.
-pub struct Servo<'a> {
-    _config: &'a Config,
-}
-
-impl Servo<'_> {
-    /// Advances one servo tick.
-    pub fn tick(&mut self) -> StepFrame {
-        unimplemented!()
-    }
-    /// What the last tick commanded.
-    #[must_use]
-    pub fn sample(&self) -> Sample {
-        unimplemented!()
-    }
-    /// Digest of every frame of every tick in motion since power-up (64-bit FNV-1a; idle ticks do not count,
-    /// so it does not depend on when bytes arrive).
-    #[must_use]
-    pub fn digest(&self) -> u64 {
-        unimplemented!()
+impl Default for Core {
+    fn default() -> Self {
+        Self::new()
     }
 }

@@ -1,1 +1,332 @@
-//! planner (see docs/architecture.md).
+//! Look-ahead: segments in, velocity profile out.
+//!
+//! In: [`ServoSegment`]s with their [`PathShape`]. Out, through two single-producer queues: the same segments,
+//! and [`Piece`]s of constant jerk that say how to run along them. Segments never change once queued; hold
+//! and starvation only change s(t), so the tool cannot leave the path.
+
+pub mod brake;
+pub mod limits;
+pub mod nodes;
+pub mod profile;
+
+use core::sync::atomic::Ordering::{Acquire, Relaxed};
+
+use heapless::spsc::Producer;
+
+use crate::config::Config;
+use crate::geometry::arc::{PathShape, ServoSegment, S_FRAC};
+use crate::interpolator::{PathState, Piece, PieceEnd};
+use crate::machine::shared::Shared;
+use crate::units::{Position, Steps};
+use limits::{joint, path_limits, JointCost, PathLimits};
+use nodes::{Node, Nodes};
+use profile::{Decision, View};
+
+/// Ticks planned ahead of the interrupt. Covers the longest stretch of background work between two calls.
+pub const LEAD_TICKS: u32 = 100;
+
+/// What the block says about a segment.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SegmentOrder {
+    /// Programmed feed, mm/s or degree/s; infinite for rapid motion.
+    pub feed: f32,
+    /// Come to rest at the end.
+    pub exact_stop: bool,
+    /// Jerk-limited.
+    pub soft: bool,
+}
+
+/// The newest segment: its end joint is known only when the next one arrives.
+#[derive(Clone, Copy)]
+struct Pending {
+    length_q: i64,
+    shape: PathShape,
+    order: SegmentOrder,
+    /// Velocity its own curve allows.
+    v: f32,
+    entry: JointCost,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Mode {
+    Run,
+    /// Hold asked for; coming to rest.
+    Holding,
+    Held,
+}
+
+/// The planner. One per machine.
+pub struct Planner<'a> {
+    segments: Producer<'a, ServoSegment>,
+    pieces: Producer<'a, Piece>,
+    shared: &'a Shared,
+    nodes: Nodes,
+    /// Running number of the oldest node.
+    first: u32,
+    /// Node the planned state is in.
+    cursor: usize,
+    pending: Option<Pending>,
+    state: PathState,
+    planned: u32,
+    generation: u32,
+    mode: Mode,
+    end: Option<Position>,
+}
+
+impl<'a> Planner<'a> {
+    pub(crate) fn new(
+        segments: Producer<'a, ServoSegment>,
+        pieces: Producer<'a, Piece>,
+        shared: &'a Shared,
+    ) -> Self {
+        Self {
+            segments,
+            pieces,
+            shared,
+            nodes: Nodes::new(),
+            first: 0,
+            cursor: 0,
+            pending: None,
+            state: PathState::default(),
+            planned: 0,
+            generation: 0,
+            mode: Mode::Run,
+            end: None,
+        }
+    }
+
+    /// True if [`Self::push`] can take a segment.
+    #[must_use]
+    pub fn has_room(&self) -> bool {
+        self.segments.ready() && self.nodes.len() + 1 < nodes::NODES
+    }
+
+    /// Segments it can take.
+    #[must_use]
+    pub fn room(&self) -> usize {
+        (self.segments.capacity() - self.segments.len()).min(nodes::NODES - 1 - self.nodes.len())
+    }
+
+    /// End of the newest segment taken, if there was one since the last [`Self::clear`].
+    #[must_use]
+    pub fn end_position(&self) -> Option<Position> {
+        self.end
+    }
+
+    /// Takes the next segment of the path. The caller has checked [`Self::has_room`].
+    pub fn push(&mut self, config: &Config, segment: ServoSegment, shape: &PathShape, order: SegmentOrder) {
+        let alone = path_limits(config, shape, order.feed, order.soft, &[JointCost::default(); 2]);
+        let mut entry = JointCost::default();
+        if let Some(before) = self.pending.take() {
+            if before.order.exact_stop || before.shape.rotary_only != shape.rotary_only {
+                self.complete(config, &before, 0.0, &JointCost::default());
+            } else {
+                let soft = before.order.soft && order.soft;
+                let v = before.v.min(alone.v);
+                let joint = joint(config, &before.shape.end, &shape.start, v, soft);
+                entry = joint.cost;
+                self.complete(config, &before, joint.v, &joint.cost);
+            }
+        }
+        self.pending =
+            Some(Pending { length_q: segment.length, shape: *shape, order, v: alone.v, entry });
+        self.end = Some(segment.end().map(Steps::from_bits));
+        let queued = self.segments.enqueue(segment);
+        debug_assert!(queued.is_ok(), "the caller checks has_room");
+    }
+
+    fn complete(&mut self, config: &Config, segment: &Pending, exit_v: f32, exit: &JointCost) {
+        let Pending { length_q, shape, order, entry, .. } = segment;
+        let limits: PathLimits = path_limits(config, shape, order.feed, order.soft, &[*entry, *exit]);
+        let length = *length_q as f32 / (1_u64 << S_FRAC) as f32;
+        self.nodes.push(Node { length_q: *length_q, length, limits, exit_v, stop: exit_v <= 0.0 });
+    }
+
+    /// The path ends with the newest segment, for now.
+    pub fn flush(&mut self, config: &Config) {
+        if let Some(last) = self.pending.take() {
+            self.complete(config, &last, 0.0, &JointCost::default());
+        }
+    }
+
+    /// True if a segment waits for its successor.
+    #[must_use]
+    pub fn has_pending(&self) -> bool {
+        self.pending.is_some()
+    }
+
+    /// True if motion is planned as far as the nodes go and the machine stands there.
+    #[must_use]
+    pub fn is_idle(&self) -> bool {
+        self.pending.is_none() && self.cursor >= self.nodes.len() && self.at_rest()
+    }
+
+    /// True if the interrupt has run all that was planned.
+    #[must_use]
+    pub fn at_rest(&self) -> bool {
+        self.shared.executed.load(Acquire) == self.planned
+            && self.shared.resting.load(Acquire)
+            && self.shared.generation.load(Acquire) == self.generation
+    }
+
+    /// Feed hold: come to rest on the path.
+    pub fn hold(&mut self) {
+        if self.mode == Mode::Run {
+            self.mode = Mode::Holding;
+        }
+    }
+
+    /// Takes the motion up again.
+    pub fn resume(&mut self) {
+        self.mode = Mode::Run;
+    }
+
+    /// A hold was asked for and not yet taken back.
+    #[must_use]
+    pub fn is_holding(&self) -> bool {
+        self.mode != Mode::Run
+    }
+
+    /// A hold was asked for and the machine has come to rest.
+    #[must_use]
+    pub fn is_held(&self) -> bool {
+        self.mode == Mode::Held && self.at_rest()
+    }
+
+    /// True if the planner can do nothing without more segments although motion is under way or waiting.
+    #[must_use]
+    pub fn is_starved(&self) -> bool {
+        self.mode == Mode::Run
+            && (self.cursor < self.nodes.len() || self.pending.is_some())
+            && self.shared.executed.load(Relaxed).wrapping_add(LEAD_TICKS) >= self.planned
+    }
+
+    /// Forgets everything. The interrupt must be at rest and its queues drained.
+    pub fn clear(&mut self) {
+        self.first = self.shared.sequence.load(Acquire);
+        self.nodes.clear();
+        self.cursor = 0;
+        self.pending = None;
+        self.state = PathState::default();
+        self.generation = self.shared.generation.load(Acquire);
+        self.planned = self.shared.executed.load(Acquire);
+        self.mode = Mode::Run;
+        self.end = None;
+    }
+
+    /// Plans at most one decision further; `true` if something was done.
+    pub fn advance(&mut self, config: &Config) -> bool {
+        let driven = self.shared.sequence.load(Acquire);
+        while self.first != driven && !self.nodes.is_empty() && self.cursor > 0 {
+            self.nodes.pop();
+            self.first = self.first.wrapping_add(1);
+            self.cursor -= 1;
+        }
+        if self.shared.generation.load(Acquire) != self.generation {
+            return self.resynchronise();
+        }
+        let executed = self.shared.executed.load(Acquire);
+        if self.planned.wrapping_sub(executed) >= LEAD_TICKS || self.pieces.capacity() - self.pieces.len() < 3 {
+            return false;
+        }
+        if self.mode == Mode::Held || self.cursor >= self.nodes.len() {
+            if self.mode == Mode::Holding {
+                self.mode = Mode::Held;
+            }
+            return false;
+        }
+        let view = View {
+            nodes: &self.nodes,
+            cursor: self.cursor,
+            state: self.state,
+            hz: config.servo_hz as f32,
+        };
+        if self.mode == Mode::Holding {
+            if self.state.v == 0 && self.state.a == 0 {
+                self.mode = Mode::Held;
+                return false;
+            }
+            let (phases, distance) = view.halt();
+            if view.distance_to_stop().is_none_or(|stop| stop > 1.05 * distance) {
+                self.emit(config, &phases, PieceEnd::StopHere);
+                self.mode = Mode::Held;
+                return true;
+            }
+        }
+        if !view.ready() {
+            return false;
+        }
+        match view.decide() {
+            Decision::Go(jerk, ticks) => self.emit(config, &[(jerk, ticks)], PieceEnd::Continue),
+            Decision::Land { phases, stop } => {
+                let number = self.first.wrapping_add(stop as u32);
+                self.emit(config, &phases, PieceEnd::StopAfter(number));
+            }
+        }
+        true
+    }
+
+    /// After an escape: takes up the state the interrupt came to rest in.
+    fn resynchronise(&mut self) -> bool {
+        if !self.shared.resting.load(Acquire) {
+            return false;
+        }
+        self.generation = self.shared.generation.load(Acquire);
+        self.planned = self.shared.executed.load(Acquire);
+        let driven = self.shared.sequence.load(Acquire);
+        self.cursor = driven.wrapping_sub(self.first) as usize;
+        self.state = PathState { s: self.shared.rest_s.load(), v: 0, a: 0 };
+        if self.mode == Mode::Holding {
+            self.mode = Mode::Held;
+        }
+        true
+    }
+
+    /// Queues `phases` and moves the planned state to their end.
+    fn emit(&mut self, config: &Config, phases: &[(i64, u32)], end: PieceEnd) {
+        for (i, &(jerk, ticks)) in phases.iter().enumerate() {
+            let last = i + 1 == phases.len();
+            if let Some(next) = self.state.after(jerk, ticks) {
+                self.state = next;
+            }
+            let piece_end = if last { end } else { PieceEnd::Continue };
+            let mut escape = [(0, 0); 3];
+            match piece_end {
+                PieceEnd::StopAfter(number) => {
+                    self.cursor = number.wrapping_sub(self.first) as usize + 1;
+                    self.state = PathState::default();
+                }
+                PieceEnd::StopHere => {
+                    self.state.v = 0;
+                    self.state.a = 0;
+                    self.cross_joints();
+                }
+                PieceEnd::Continue => {
+                    self.cross_joints();
+                    escape = self.escape(config);
+                }
+            }
+            self.planned = self.planned.wrapping_add(ticks);
+            let piece = Piece { jerk, ticks, end: piece_end, escape, generation: self.generation };
+            let queued = self.pieces.enqueue(piece);
+            debug_assert!(queued.is_ok(), "room was checked for a whole landing");
+        }
+    }
+
+    fn cross_joints(&mut self) {
+        while self.cursor + 1 < self.nodes.len() && self.state.s >= self.nodes.get(self.cursor).length_q {
+            self.state.s -= self.nodes.get(self.cursor).length_q;
+            self.cursor += 1;
+        }
+    }
+
+    fn escape(&self, config: &Config) -> [(i64, u32); 3] {
+        let view = View {
+            nodes: &self.nodes,
+            cursor: self.cursor,
+            state: self.state,
+            hz: config.servo_hz as f32,
+        };
+        view.halt().0
+    }
+}

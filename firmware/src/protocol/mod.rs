@@ -1,1 +1,171 @@
-//! protocol (see docs/architecture.md).
+//! The line protocol: bytes to lines, and answers back.
+//!
+//! In: bytes as they come from the wire. Out: complete lines for the interpreter, real-time requests, and a
+//! transmit buffer. The surface is that of GRBL 1.1 senders: every line is answered by `ok` or `error:N`; `?`, `!`,
+//! `~` and 0x18 act at once and take no buffer space.
+
+pub mod report;
+
+use heapless::Deque;
+
+use crate::machine::Event;
+
+/// Receive buffer, bytes. Reported as the second number of `Bf:`.
+pub const RECEIVE_SIZE: usize = 1024;
+
+/// Transmit buffer, bytes: an error message and a status report fit at the same time.
+const TRANSMIT_SIZE: usize = 768;
+
+/// Longest line kept; the interpreter refuses anything over 96 bytes, so more need not be stored.
+pub const LINE_MAX: usize = 128;
+
+/// What a byte from the wire is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Incoming {
+    /// Acts at once.
+    Event(Event),
+    /// `?`: asks for a status report.
+    Status,
+    /// Part of a line.
+    Text,
+    /// Dropped in silence: a byte from 0x80 up that is not assigned.
+    Nothing,
+}
+
+/// Sorts one byte.
+#[must_use]
+pub fn classify(byte: u8) -> Incoming {
+    match byte {
+        b'!' => Incoming::Event(Event::Hold),
+        b'~' => Incoming::Event(Event::Resume),
+        0x18 => Incoming::Event(Event::Reset),
+        b'?' => Incoming::Status,
+        0x80.. => Incoming::Nothing,
+        _ => Incoming::Text,
+    }
+}
+
+/// True for a byte that acts at once and must not wait in a buffer.
+#[must_use]
+pub fn is_realtime(byte: u8) -> bool {
+    matches!(classify(byte), Incoming::Event(_) | Incoming::Status)
+}
+
+/// Receive and transmit buffers.
+#[derive(Debug, Default)]
+pub struct Wire {
+    receive: Deque<u8, RECEIVE_SIZE>,
+    lines: usize,
+    transmit: Deque<u8, TRANSMIT_SIZE>,
+}
+
+impl Wire {
+    /// Empty buffers.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self { receive: Deque::new(), lines: 0, transmit: Deque::new() }
+    }
+
+    /// Bytes the receive buffer can still take.
+    #[must_use]
+    pub fn free(&self) -> usize {
+        RECEIVE_SIZE - self.receive.len()
+    }
+
+    /// True if no text waits.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.receive.is_empty()
+    }
+
+    /// Stores one byte of text. A byte that does not fit is lost, as on any serial line; a sender that counts
+    /// characters never gets there.
+    pub fn receive(&mut self, byte: u8) {
+        // Without room for its end a line would block the buffer for good: the last place is kept for one.
+        let end = byte == b'\n' || byte == b'\r';
+        if self.free() > 1 || (end && self.free() == 1) {
+            let stored = self.receive.push_back(if end { b'\n' } else { byte });
+            if stored.is_ok() && end {
+                self.lines += 1;
+            }
+        }
+    }
+
+    /// True if a whole line waits.
+    #[must_use]
+    pub fn has_line(&self) -> bool {
+        self.lines > 0
+    }
+
+    /// Takes the next whole line, without its end. A line over [`LINE_MAX`] keeps its front only.
+    ///
+    /// `\r\n` counts as one end; the empty line between them is dropped here so that it is not answered.
+    pub fn take_line(&mut self) -> Option<heapless::Vec<u8, LINE_MAX>> {
+        if self.lines == 0 {
+            return None;
+        }
+        self.lines -= 1;
+        let mut line = heapless::Vec::new();
+        while let Some(byte) = self.receive.pop_front() {
+            if byte == b'\n' {
+                break;
+            }
+            // Beyond LINE_MAX the rest of the line says nothing the refusal needs.
+            let _ = line.push(byte);
+        }
+        Some(line)
+    }
+
+    /// Forgets all text.
+    pub fn clear(&mut self) {
+        self.receive.clear();
+        self.lines = 0;
+    }
+
+    /// Next byte to send.
+    pub fn transmit(&mut self) -> Option<u8> {
+        self.transmit.pop_front()
+    }
+
+    /// True if an answer fits.
+    #[must_use]
+    pub fn can_answer(&self) -> bool {
+        TRANSMIT_SIZE - self.transmit.len() >= TRANSMIT_SIZE / 3
+    }
+}
+
+impl core::fmt::Write for Wire {
+    fn write_str(&mut self, text: &str) -> core::fmt::Result {
+        for &byte in text.as_bytes() {
+            self.transmit.push_back(byte).map_err(|_| core::fmt::Error)?;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn text_and_requests_are_told_apart() {
+        assert_eq!(classify(b'!'), Incoming::Event(Event::Hold));
+        assert_eq!(classify(0x18), Incoming::Event(Event::Reset));
+        assert_eq!(classify(0xc2), Incoming::Nothing);
+        assert_eq!(classify(b'G'), Incoming::Text);
+        assert!(is_realtime(b'?') && !is_realtime(b'\n'));
+    }
+
+    #[test]
+    fn a_full_buffer_still_takes_a_line_end() {
+        let mut wire = Wire::new();
+        for _ in 0..2000 {
+            wire.receive(b'x');
+        }
+        assert!(!wire.has_line());
+        wire.receive(b'\n');
+        assert_eq!(wire.take_line().map(|l| l.len()), Some(LINE_MAX));
+        assert_eq!(wire.free(), RECEIVE_SIZE);
+        assert_eq!(wire.take_line(), None);
+    }
+}

@@ -1,0 +1,201 @@
+//! The emulated board as the image sees it: the twin of `hardware.rs` for QEMU's `netduinoplus2`.
+//!
+//! That machine has USARTs and TIM2 but no clock control, pins or DMA. Clocks are what the emulator's
+//! command line says, there are no safety inputs, and each servo tick in motion goes as a record through a
+//! ring to USART2, which the background writes ([`super::trace`] has the format).
+
+use core::convert::Infallible;
+
+use heapless::spsc::{Consumer, Producer, Queue};
+use stm32f4xx_hal::pac::{Peripherals, USART2};
+
+use super::guard::Cause;
+use super::servo_timer::{self, ServoTimer};
+use super::usart::{PolledPort, ProgramOut, ProgramPort, TX_BYTES};
+use super::{stack, trace};
+use crate::machine::Servo;
+use crate::stepgen::record::{self, FrameDigest, RECORD_MAX};
+use crate::stepgen::StepFrame;
+
+/// Bytes of records waiting for the background: eighty ticks of five moving axes.
+const TRACE_BYTES: usize = 4096;
+
+/// Memory the ports work on; static.
+pub struct Storage {
+    tx: Queue<u8, TX_BYTES>,
+    trace: Queue<u8, TRACE_BYTES>,
+}
+
+impl Storage {
+    /// Empty.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self {
+            tx: Queue::new(),
+            trace: Queue::new(),
+        }
+    }
+}
+
+impl Default for Storage {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// Everything, running.
+pub struct Parts {
+    /// For the servo interrupt.
+    pub timer: ServoTimer,
+    /// For the servo interrupt.
+    pub motion: MotionPort,
+    /// For the step DMA's interrupt, which never comes.
+    pub watch: Watch,
+    /// For the serial interrupt.
+    pub program: ProgramPort,
+    /// For the background.
+    pub program_out: ProgramOut,
+    /// For the background.
+    pub side: SidePort,
+}
+
+/// Starts ports and timer. Touches no clock control: it reads as zero here, and waiting for it would not end.
+pub fn start(dp: Peripherals, storage: &'static mut Storage) -> Parts {
+    let (tx_in, tx_out) = storage.tx.split();
+    let (trace_in, trace_out) = storage.trace.split();
+    let mut port = PolledPort::start(dp.USART2);
+    for byte in trace::encode_hello(super::MACHINE.servo_hz) {
+        port.send(byte);
+    }
+    Parts {
+        program: ProgramPort::start(dp.USART1, tx_out),
+        program_out: ProgramOut::new(tx_in),
+        motion: MotionPort {
+            trace: trace_in,
+            digest: FrameDigest::default(),
+            moving: false,
+            ticks: 0,
+        },
+        watch: Watch,
+        side: SidePort {
+            trace: trace_out,
+            port,
+            released: false,
+            looked: 0,
+        },
+        timer: ServoTimer::start(dp.TIM2),
+    }
+}
+
+/// Frames out.
+pub struct MotionPort {
+    trace: Producer<'static, u8>,
+    digest: FrameDigest,
+    moving: bool,
+    ticks: u64,
+}
+
+impl MotionPort {
+    /// There are no safety inputs.
+    pub fn guard(&mut self) -> Option<Cause> {
+        None
+    }
+
+    /// There are no drives.
+    pub fn enable(&mut self, _on: bool) {}
+
+    /// True if whatever this tick makes finds room. If not, the tick has to be put off.
+    #[must_use]
+    pub fn has_room(&self) -> bool {
+        self.trace.capacity() - self.trace.len() >= trace::TICK_MAX
+    }
+
+    /// Records the tick that made `frame`, and the end of a motion.
+    pub fn play(&mut self, frame: &StepFrame, servo: &Servo<'_>) {
+        let sample = servo.sample();
+        if sample.moving {
+            let mut bytes = [0; RECORD_MAX];
+            let len = record::encode(frame, &mut bytes);
+            self.put(&bytes[..len]);
+            self.digest.update(frame);
+            self.ticks += 1;
+        } else if self.moving {
+            let rest = trace::Rest {
+                digest: self.digest.value(),
+                ticks: self.ticks,
+                emitted: sample.emitted,
+            };
+            self.put(&rest.encode());
+        }
+        self.moving = sample.moving;
+    }
+
+    fn put(&mut self, bytes: &[u8]) {
+        for &byte in bytes {
+            // `has_room` came first.
+            self.trace.enqueue(byte).ok();
+        }
+    }
+}
+
+/// There is no step DMA to watch.
+pub struct Watch;
+
+impl Watch {
+    /// Never called: the interrupt never comes.
+    ///
+    /// # Errors
+    ///
+    /// Never.
+    pub fn changed_over(&mut self) -> Result<(), Infallible> {
+        Ok(())
+    }
+}
+
+/// The trace port, in the background.
+pub struct SidePort {
+    trace: Consumer<'static, u8>,
+    port: PolledPort<USART2>,
+    released: bool,
+    looked: u32,
+}
+
+impl SidePort {
+    /// Sends all records that wait, then answers the host. Called before the program port sends, so that a
+    /// host that reads `Idle` there has every record of the motion on its way here.
+    pub fn service(&mut self) {
+        while let Some(byte) = self.trace.dequeue() {
+            self.port.send(byte);
+        }
+        // Looked at once per tick: every access to a register stops the emulator's translated code.
+        let tick = servo_timer::ticks();
+        if tick == self.looked {
+            return;
+        }
+        self.looked = tick;
+        match self.port.receive() {
+            Some(trace::RELEASE) => self.released = true,
+            Some(trace::STACK) => {
+                let (deepest, size) = stack::deepest();
+                // A tick may have queued a record meanwhile, but only the background writes to the port.
+                for byte in trace::encode_stack(deepest, size) {
+                    self.port.send(byte);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// Spins until the next servo tick: the emulator counts instructions as time, and a sleeping core makes it
+    /// wait for its other threads.
+    pub fn sleep(&mut self) {
+        let now = servo_timer::ticks();
+        while servo_timer::ticks() == now && self.trace.is_empty() {}
+    }
+
+    /// False until the host has said that the whole program is on its way.
+    #[must_use]
+    pub fn clock_runs(&self) -> bool {
+        self.released
+    }
+}

@@ -1,0 +1,268 @@
+//! Mixtures: where splines begin and end, blocks without motion, bad input.
+
+use super::support::*;
+use crate::geometry::{GeometryErrorKind, SegmentBuilder};
+use crate::nc::command::{BoundaryCondition, CubicBlock, Motion, Move, SplineKind, SplineSpec};
+use crate::units::{Steps, AXES};
+use proptest::prelude::*;
+
+const AUTO: BoundaryCondition = BoundaryCondition::NotAKnot;
+const TANGENT: BoundaryCondition = BoundaryCondition::Tangent;
+
+fn xy(x: f64, y: f64) -> Point {
+    [x, y, 0.0, 0.0, 0.0]
+}
+
+fn of(kind: SplineKind, end: BoundaryCondition) -> Motion {
+    Motion::Spline(spec(kind, AUTO, end))
+}
+
+#[test]
+fn a_line_is_its_chord_and_rapid_has_no_feed() {
+    let blocks = [
+        block(1, Motion::Linear, &[1.0, -2.0, 3.0, 4.0, 0.0]),
+        block(2, Motion::Rapid, &[2.0, -2.0, 3.0, 4.0, 0.0]),
+    ];
+    let path = run(&[0.0; AXES], &blocks).unwrap();
+    assert_eq!(path[0].segment.slope_start, [1.0, -2.0, 3.0, 4.0, 0.0]);
+    assert_eq!(path[0].segment.slope_end, path[0].segment.slope_start);
+    assert_eq!(path[0].feed, 10.0);
+    assert_eq!(path[1].feed, f32::INFINITY);
+}
+
+#[test]
+fn one_spline_point_is_a_line() {
+    for kind in [SplineKind::Akima, SplineKind::BSpline, SplineKind::Cubic] {
+        let path = run(
+            &[0.0; AXES],
+            &[
+                block(1, Motion::Linear, &xy(1.0, 0.0)),
+                block(
+                    2,
+                    Motion::Spline(spec(kind, TANGENT, TANGENT)),
+                    &xy(4.0, 4.0),
+                ),
+                block(3, Motion::Linear, &xy(9.0, 4.0)),
+            ],
+        )
+        .unwrap();
+        assert_eq!(path[1].segment.slope_start, [3.0, 4.0, 0.0, 0.0, 0.0]);
+        assert_eq!(path[1].segment.slope_end, [3.0, 4.0, 0.0, 0.0, 0.0]);
+    }
+}
+
+#[test]
+fn another_spline_kind_ends_a_spline() {
+    let kinds = [
+        SplineKind::Akima,
+        SplineKind::Cubic,
+        SplineKind::BSpline,
+        SplineKind::Akima,
+    ];
+    let mut blocks = Vec::new();
+    let mut points = vec![[0.0; AXES]];
+    for k in 0..24_u32 {
+        let at = xy(f64::from(k) + 1.0, f64::from(k * k % 7));
+        points.push(at);
+        blocks.push(block(k + 1, of(kinds[k as usize / 6], AUTO), &at));
+    }
+    let path = run(&[0.0; AXES], &blocks).unwrap();
+    joins_exactly(&steps(&config(), &[0.0; AXES]), &path);
+    for end in [6, 12, 18, 24] {
+        let last = path.iter().rfind(|segment| segment.block <= end).unwrap();
+        assert_eq!(last.segment.end, steps(&config(), &points[end as usize]));
+    }
+}
+
+#[test]
+fn exact_stop_counts_at_its_knot() {
+    for kind in [SplineKind::Akima, SplineKind::Cubic] {
+        let mut blocks: Vec<Move> = (1..50)
+            .map(|k| block(k, of(kind, AUTO), &xy(f64::from(k), f64::from(k % 3))))
+            .collect();
+        blocks[20].exact_stop = true;
+        for path in run(&[0.0; AXES], &blocks).unwrap() {
+            assert_eq!(path.exact_stop, path.block == 21);
+        }
+    }
+}
+
+#[test]
+fn a_coincident_knot_makes_no_segment_and_leaves_its_stop() {
+    for kind in [SplineKind::Akima, SplineKind::Cubic] {
+        let mut blocks: Vec<Move> = (1..10)
+            .map(|k| block(k, of(kind, AUTO), &xy(f64::from(k), f64::from(k % 3))))
+            .collect();
+        let plain = run(&[0.0; AXES], &blocks).unwrap();
+        let mut again = blocks[4];
+        again.exact_stop = true;
+        blocks.insert(5, again);
+        let path = run(&[0.0; AXES], &blocks).unwrap();
+        assert_eq!(path.len(), plain.len());
+        for (with, without) in path.iter().zip(&plain) {
+            assert_eq!(with.segment, without.segment);
+            assert_eq!(with.exact_stop, with.block == 5);
+        }
+    }
+}
+
+#[test]
+fn end_tangent_waits_for_the_next_block_that_moves() {
+    for kind in [SplineKind::Akima, SplineKind::Cubic] {
+        let mut blocks: Vec<Move> = (1..6)
+            .map(|k| block(k, of(kind, TANGENT), &xy(f64::from(k), f64::from(k % 2))))
+            .collect();
+        blocks.push(block(6, Motion::Linear, &xy(5.0, 1.0)));
+        blocks.push(block(7, Motion::Linear, &xy(5.0, 3.0)));
+        let path = run(&[0.0; AXES], &blocks).unwrap();
+        assert_eq!(path.len(), 6);
+        is_tangent_continuous(&path[4..], 1e-6);
+    }
+}
+
+#[test]
+fn begin_tangent_follows_whatever_came_before() {
+    let mut blocks: Vec<Move> = (1..8)
+        .map(|k| {
+            block(
+                k,
+                of(SplineKind::BSpline, AUTO),
+                &xy(f64::from(k), f64::from(k % 3)),
+            )
+        })
+        .collect();
+    for k in 8..16 {
+        let motion = Motion::Spline(spec(SplineKind::Cubic, TANGENT, AUTO));
+        blocks.push(block(k, motion, &xy(f64::from(k), f64::from(k % 3))));
+    }
+    is_tangent_continuous(&run(&[0.0; AXES], &blocks).unwrap(), 1e-5);
+}
+
+#[test]
+fn a_refused_block_leaves_the_spline_to_be_finished() {
+    let config = config();
+    let mut builder = SegmentBuilder::new(&config, [Steps::ZERO; AXES]);
+    for k in 1..6_u32 {
+        let at = xy(f64::from(k), f64::from(k % 3));
+        builder
+            .push(&config, &block(k, of(SplineKind::Cubic, AUTO), &at))
+            .unwrap();
+    }
+    let mut bad = block(6, Motion::Linear, &xy(6.0, 0.0));
+    bad.feed = 0.0;
+    assert_eq!(
+        builder.push(&config, &bad).unwrap_err().kind,
+        GeometryErrorKind::Feed
+    );
+    assert!(builder.is_open());
+    builder.finish(&config).unwrap();
+    let count = core::iter::from_fn(|| builder.next(&config)).count();
+    assert_eq!(count, 5);
+    assert_eq!(builder.position(), steps(&config, &xy(5.0, 2.0)));
+}
+
+#[test]
+fn segments_must_be_drained_first() {
+    let config = config();
+    let mut builder = SegmentBuilder::new(&config, [Steps::ZERO; AXES]);
+    builder
+        .push(&config, &block(1, Motion::Linear, &xy(1.0, 0.0)))
+        .unwrap();
+    let error = builder
+        .push(&config, &block(2, Motion::Linear, &xy(2.0, 0.0)))
+        .unwrap_err();
+    assert_eq!(
+        (error.block, error.kind),
+        (2, GeometryErrorKind::NotDrained)
+    );
+    assert_eq!(
+        error.to_string(),
+        "line 2: segments of the block before are still waiting"
+    );
+}
+
+#[test]
+fn error_numbers_are_distinct() {
+    use GeometryErrorKind as K;
+    let kinds = [
+        K::OutOfRange { axis: 0 },
+        K::NotFinite,
+        K::Feed,
+        K::G6Gap { axis: 0, gap: 0 },
+        K::G6Length,
+        K::Degree,
+        K::Weight,
+        K::KnotInterval,
+        K::NotDrained,
+    ];
+    for (index, kind) in kinds.into_iter().enumerate() {
+        assert_eq!(
+            usize::from(crate::geometry::GeometryError { block: 1, kind }.code()),
+            100 + index
+        );
+    }
+}
+
+fn any_motion() -> impl Strategy<Value = Motion> {
+    let condition = prop_oneof![Just(AUTO), Just(BoundaryCondition::Natural), Just(TANGENT)];
+    let kind = prop_oneof![
+        Just(SplineKind::Akima),
+        Just(SplineKind::BSpline),
+        Just(SplineKind::Cubic)
+    ];
+    let interval = prop_oneof![3 => Just(None), 1 => any::<f32>().prop_map(Some), 2 => (1e-30_f32..1e30).prop_map(Some)];
+    prop_oneof![
+        1 => Just(Motion::Rapid),
+        1 => Just(Motion::Linear),
+        8 => (kind, condition.clone(), condition, 2_u8..=3, interval).prop_map(|(kind, begin, end, degree, interval)| {
+            Motion::Spline(SplineSpec { degree, interval, ..spec(kind, begin, end) })
+        }),
+        1 => (any::<i64>(), any::<[i64; 3]>()).prop_map(|(length, k)| Motion::Cubic(CubicBlock { length, k: [k; AXES] })),
+    ]
+}
+
+fn any_target() -> impl Strategy<Value = [i64; AXES]> {
+    prop_oneof![
+        4 => prop::array::uniform5(-100_000_000_i64..100_000_000),
+        2 => prop::array::uniform5(-2_i64..3),
+        1 => prop::array::uniform5(-2_200_000_000_000_i64..2_200_000_000_000),
+        1 => prop::array::uniform5(any::<i64>()),
+    ]
+}
+
+proptest! {
+    /// Whatever is sent: no panic, no undefined number, no gap; a refused block moves nothing.
+    #[test]
+    fn any_program_gives_sound_segments_or_typed_errors(
+        program in prop::collection::vec((any_motion(), any_target(), any::<bool>()), 1..120),
+    ) {
+        let config = config();
+        let mut at = [Steps::ZERO; AXES];
+        let mut builder = SegmentBuilder::new(&config, at);
+        for (number, (motion, target, exact_stop)) in program.into_iter().enumerate() {
+            let before = builder.position();
+            let block = Move { block: number as u32 + 1, motion, target, feed: 1.0, exact_stop, soft: false };
+            let result = builder.push(&config, &block);
+            if result.is_err() {
+                prop_assert_eq!(builder.position(), before);
+            }
+            while let Some(path) = builder.next(&config) {
+                prop_assert_eq!(path.segment.start, at);
+                at = path.segment.end;
+                let slopes = path.segment.slope_start.iter().chain(&path.segment.slope_end);
+                prop_assert!(slopes.copied().all(f32::is_finite));
+                prop_assert!(path.block > 0);
+            }
+            if result.is_err() {
+                builder.reset(at);
+            }
+        }
+        if builder.finish(&config).is_ok() {
+            while let Some(path) = builder.next(&config) {
+                prop_assert_eq!(path.segment.start, at);
+                at = path.segment.end;
+            }
+            prop_assert_eq!(at, builder.position());
+        }
+    }
+}

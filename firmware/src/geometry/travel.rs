@@ -1,0 +1,75 @@
+//! Travel limits along a curve, not only at its ends.
+
+use super::HermiteSegment;
+use crate::config::Config;
+use crate::units::{sqrt, AXES};
+
+/// First axis whose coordinate leaves its travel anywhere on `segment`, or `None`.
+///
+/// The extremes of a cubic lie at its ends or where its derivative, a quadratic, vanishes.
+#[must_use]
+pub fn outside_travel(config: &Config, segment: &HermiteSegment) -> Option<usize> {
+    (0..AXES).find(|&a| {
+        let axis = &config.axes[a];
+        let bound = |nano| config.steps_from_nano(a, nano);
+        let (Some(low), Some(high)) = (bound(axis.travel_min), bound(axis.travel_max)) else {
+            return true;
+        };
+        let (start, end) = (segment.start[a], segment.end[a]);
+        if start < low || start > high || end < low || end > high {
+            return true;
+        }
+        let unit = config.units_per_step(a);
+        let Some(delta) = end.checked_sub(start) else { return true };
+        let delta = delta.to_num::<f32>() * unit;
+        let (t0, t1) = (segment.slope_start[a], segment.slope_end[a]);
+        // P'(u) = t0 + 2 b u + 3 c u^2
+        let (b, c) = (3.0 * delta - 2.0 * t0 - t1, t0 + t1 - 2.0 * delta);
+        let room = |u: f32| {
+            let moved = u * (t0 + u * (b + u * c));
+            let up = (high - start).to_num::<f32>() * unit;
+            let down = (low - start).to_num::<f32>() * unit;
+            // One tenth of a micrometre of f32 rounding.
+            moved <= up + 1e-4 && moved >= down - 1e-4
+        };
+        let inside = |u: f32| !(u > 0.0 && u < 1.0) || room(u);
+        let root = b * b - 3.0 * c * t0;
+        if root <= 0.0 {
+            return false;
+        }
+        // Stable pair of roots of 3 c u^2 + 2 b u + t0.
+        let q = -(b + sqrt(root).copysign(b));
+        !(inside(q / (3.0 * c)) && inside(t0 / q))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::tests::test_config;
+    use crate::units::Steps;
+
+    fn segment(end: f32, t0: f32, t1: f32) -> HermiteSegment {
+        let mut s = HermiteSegment {
+            start: [Steps::ZERO; AXES],
+            end: [Steps::ZERO; AXES],
+            slope_start: [0.0; AXES],
+            slope_end: [0.0; AXES],
+        };
+        s.end[0] = Steps::from_num(end * 1000.0);
+        s.slope_start[0] = t0;
+        s.slope_end[0] = t1;
+        s
+    }
+
+    #[test]
+    fn a_bulge_between_good_end_points_is_seen() {
+        let config = test_config();
+        // u (1 - u) slopes: the curve 4 h u (1 - u) peaks at h.
+        for (h, bad) in [(499.0, false), (501.0, true), (-499.0, false), (-501.0, true)] {
+            assert_eq!(outside_travel(&config, &segment(0.0, 4.0 * h, -4.0 * h)).is_some(), bad, "{h}");
+        }
+        assert_eq!(outside_travel(&config, &segment(500.5, 0.0, 0.0)), Some(0));
+        assert_eq!(outside_travel(&config, &segment(499.5, 499.5, 499.5)), None);
+    }
+}

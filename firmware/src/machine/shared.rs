@@ -1,0 +1,72 @@
+//! What the servo interrupt tells the background, and the two requests that go the other way.
+//!
+//! Single words only: each is written by one side and read by the other. Values that take more than a word
+//! (position, path coordinate) are written before `resting` is set and read only while it is.
+
+use core::sync::atomic::{AtomicBool, AtomicI32, AtomicU32, Ordering};
+
+use crate::units::AXES;
+
+/// A 64-bit value in two words.
+#[derive(Debug)]
+pub(crate) struct Wide([AtomicU32; 2]);
+
+impl Wide {
+    const fn new() -> Self {
+        Self([AtomicU32::new(0), AtomicU32::new(0)])
+    }
+    pub(crate) fn store(&self, value: i64) {
+        self.0[0].store(value as u32, Ordering::Relaxed);
+        self.0[1].store((value >> 32) as u32, Ordering::Relaxed);
+    }
+    pub(crate) fn load(&self) -> i64 {
+        let low = self.0[0].load(Ordering::Relaxed);
+        let high = self.0[1].load(Ordering::Relaxed);
+        (i64::from(high) << 32) | i64::from(low)
+    }
+}
+
+/// The mailbox.
+#[derive(Debug)]
+pub(crate) struct Shared {
+    /// Ticks in motion so far, wrapping.
+    pub(crate) executed: AtomicU32,
+    /// Running number of the segment being followed, wrapping.
+    pub(crate) sequence: AtomicU32,
+    /// Counts escapes: pieces of an older generation are void.
+    pub(crate) generation: AtomicU32,
+    /// No piece is running.
+    pub(crate) resting: AtomicBool,
+    /// Path coordinate at rest.
+    pub(crate) rest_s: Wide,
+    /// Commanded position at rest, Q32.32 steps.
+    pub(crate) rest_position: [Wide; AXES],
+    /// Steps emitted.
+    pub(crate) emitted: [AtomicI32; AXES],
+    /// Path velocity, `f32` bits, mm/s.
+    pub(crate) feed: AtomicU32,
+    /// Text line being executed.
+    pub(crate) block: AtomicU32,
+    /// Request: throw away everything queued (answered by clearing it, at rest).
+    pub(crate) drain: AtomicBool,
+    /// Request: no step from now on.
+    pub(crate) fault: AtomicBool,
+}
+
+impl Shared {
+    pub(crate) const fn new() -> Self {
+        Self {
+            executed: AtomicU32::new(0),
+            sequence: AtomicU32::new(0),
+            generation: AtomicU32::new(0),
+            resting: AtomicBool::new(true),
+            rest_s: Wide::new(),
+            rest_position: [const { Wide::new() }; AXES],
+            emitted: [const { AtomicI32::new(0) }; AXES],
+            feed: AtomicU32::new(0),
+            block: AtomicU32::new(0),
+            drain: AtomicBool::new(false),
+            fault: AtomicBool::new(false),
+        }
+    }
+}

@@ -1,0 +1,177 @@
+//! Braking: how far it takes, and exact landings in whole ticks.
+
+use crate::interpolator::PathState;
+use crate::units::sqrt;
+
+/// The three phases of a jerk-limited change down to a lower velocity: build up deceleration, hold it, let it go.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Brake {
+    /// Durations, s.
+    pub time: [f32; 3],
+    /// Path covered, path units.
+    pub distance: f32,
+}
+
+/// Braking from velocity `v` and acceleration `a` to velocity `to` with zero acceleration, deceleration at most
+/// `limit_a`, jerk `limit_j` (all positive but `a`).
+///
+/// Phase one ends at the peak deceleration p with `p^2 = limit_j (v - to) + a^2 / 2` unless `limit_a` caps it.
+/// If the motion already decelerates so hard that it ends below `to`, only the release is left.
+#[must_use]
+pub fn brake(v: f32, a: f32, to: f32, limit_a: f32, limit_j: f32) -> Brake {
+    let drop = v - to + a * a / (2.0 * limit_j) * if a > 0.0 { 1.0 } else { -1.0 };
+    if drop <= 0.0 {
+        // Nothing left but to bring the acceleration to zero.
+        let t = a.abs() / limit_j;
+        let d = v * t + a * t * t / 2.0 - limit_j.copysign(a) * t * t * t / 6.0;
+        return Brake { time: [0.0, 0.0, t], distance: d.max(0.0) };
+    }
+    let p = sqrt(limit_j * (v - to) + a * a / 2.0).min(limit_a.max(-a));
+    let t1 = (a + p) / limit_j;
+    let t2 = ((v - to + a * a / (2.0 * limit_j) - p * p / limit_j) / p).max(0.0);
+    let t3 = p / limit_j;
+    let d1 = t1 * (v + t1 * (a / 2.0 - limit_j * t1 / 6.0));
+    let v1 = v + t1 * (a - limit_j * t1 / 2.0);
+    let d2 = t2 * (v1 - p * t2 / 2.0);
+    let v2 = v1 - p * t2;
+    let d3 = t3 * (v2 + t3 * (-p / 2.0 + limit_j * t3 / 6.0));
+    Brake { time: [t1, t2, t3], distance: d1 + d2 + d3 }
+}
+
+/// Three jerks over whole ticks.
+pub type Phases = [(i64, u32); 3];
+
+/// What one unit of jerk over `n` ticks, followed by `rest` ticks, adds to (a, v, s) at the end.
+fn effect(n: f64, rest: f64) -> [f64; 3] {
+    let n2 = n * (n + 1.0) / 2.0;
+    [n, n2 + n * rest, n * (n + 1.0) * (n + 2.0) / 6.0 + rest * n2 + n * rest * (rest + 1.0) / 2.0]
+}
+
+/// Jerks that bring `state` to rest after exactly `distance` (same integer unit as `state.s`) with the phase
+/// lengths given: three linear equations in three jerks, solved by Cramer's rule.
+///
+/// Planning happens in `f32`; this one step needs more and uses software `f64`, a few hundred operations per stop.
+/// Rounding the jerks to integers leaves a residue of at most n^3/6 units of 2^-54.
+#[must_use]
+pub fn land(state: &PathState, distance: i64, ticks: [u32; 3]) -> Option<Phases> {
+    let n = ticks.map(f64::from);
+    let total = n[0] + n[1] + n[2];
+    let columns = [effect(n[0], n[1] + n[2]), effect(n[1], n[2]), effect(n[2], 0.0)];
+    let (v, a) = (state.v as f64, state.a as f64);
+    let right = [
+        -a,
+        -(v + total * a),
+        distance as f64 - (total * v + total * (total + 1.0) / 2.0 * a),
+    ];
+    let determinant = |c: [&[f64; 3]; 3]| {
+        c[0][0] * (c[1][1] * c[2][2] - c[2][1] * c[1][2])
+            - c[1][0] * (c[0][1] * c[2][2] - c[2][1] * c[0][2])
+            + c[2][0] * (c[0][1] * c[1][2] - c[1][1] * c[0][2])
+    };
+    let [x, y, z] = [&columns[0], &columns[1], &columns[2]];
+    let d = determinant([x, y, z]);
+    if d == 0.0 {
+        return None;
+    }
+    let jerks = [
+        determinant([&right, y, z]) / d,
+        determinant([x, &right, z]) / d,
+        determinant([x, y, &right]) / d,
+    ];
+    Some([
+        (libm::round(jerks[0]) as i64, ticks[0]),
+        (libm::round(jerks[1]) as i64, ticks[1]),
+        (libm::round(jerks[2]) as i64, ticks[2]),
+    ])
+}
+
+/// Jerks that bring `state` to rest wherever that is: two equations, the middle phase coasts at constant deceleration.
+#[must_use]
+pub fn halt(state: &PathState, ticks: [u32; 3]) -> Option<Phases> {
+    let n = ticks.map(f64::from);
+    let total = n[0] + n[1] + n[2];
+    let (x, z) = (effect(n[0], n[1] + n[2]), effect(n[2], 0.0));
+    let (v, a) = (state.v as f64, state.a as f64);
+    let right = [-a, -(v + total * a)];
+    let d = x[0] * z[1] - z[0] * x[1];
+    if d == 0.0 {
+        return None;
+    }
+    let j1 = (right[0] * z[1] - z[0] * right[1]) / d;
+    let j3 = (x[0] * right[1] - right[0] * x[1]) / d;
+    Some([(libm::round(j1) as i64, ticks[0]), (0, ticks[1]), (libm::round(j3) as i64, ticks[2])])
+}
+
+/// Rest-to-rest move over `distance` in four phases of `m`, `2 m`, `m` ticks: the time-optimal shape where only
+/// jerk binds. Returns the jerk: s_end = 2 m^3 j in this discrete form, exactly.
+#[must_use]
+pub fn hop(distance: i64, m: u32) -> i64 {
+    let m = f64::from(m);
+    libm::round(distance as f64 / (2.0 * m * m * m)) as i64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn run(mut state: PathState, phases: &[(i64, u32)]) -> PathState {
+        for &(j, n) in phases {
+            for _ in 0..n {
+                state.step(j);
+            }
+        }
+        state
+    }
+
+    #[test]
+    fn closed_form_steps_are_the_same_integers() {
+        let start = PathState { s: 123, v: -77_777, a: 991 };
+        for n in [0, 1, 2, 17, 400] {
+            assert_eq!(start.after(-13, n), Some(run(start, &[(-13, n)])));
+        }
+    }
+
+    #[test]
+    fn a_landing_ends_at_rest_on_the_point() {
+        let one = (1_i64 << 54) as f64;
+        // 25 mm/s and -1000 mm/s^2 at 5 kHz.
+        let state = PathState { s: 0, v: (0.005 * one) as i64, a: (-4e-5 * one) as i64 };
+        for ticks in [[150, 10, 180], [300, 1, 250], [40, 300, 60]] {
+            let distance = (0.7 * one) as i64;
+            let end = run(state, &land(&state, distance, ticks).unwrap());
+            let n = f64::from(ticks.iter().sum::<u32>());
+            assert!((end.s - distance).abs() as f64 <= n * n * n / 6.0, "{end:?}");
+            assert!((end.v.abs() as f64) <= n * n / 2.0 && (end.a.abs() as f64) <= n);
+        }
+    }
+
+    #[test]
+    fn a_hop_is_exact() {
+        for m in [1_u32, 2, 9, 200] {
+            let distance = 2 * i64::from(m).pow(3) * 12_345;
+            let j = hop(distance, m);
+            assert_eq!(j, 12_345);
+            let end = run(PathState::default(), &[(j, m), (-j, 2 * m), (j, m)]);
+            assert_eq!(end, PathState { s: distance, v: 0, a: 0 });
+        }
+    }
+
+    /// The distance formula against plain numerical integration of the three phases (f64, 1 us steps).
+    #[test]
+    fn brake_distance_is_the_integral() {
+        for (v, a, to) in [(100.0, 0.0, 0.0), (30.0, 2000.0, 5.0), (30.0, -900.0, 0.0), (667.0, 10.0, 0.0), (10.0, -980.0, 0.0)] {
+            let b = brake(v, a, to, 5000.0, 50_000.0);
+            let (mut x, mut vel, mut acc) = (0.0_f64, f64::from(v), f64::from(a));
+            let h = 1e-6;
+            for (t, j) in [(b.time[0], -50_000.0), (b.time[1], 0.0), (b.time[2], 50_000.0)] {
+                for _ in 0..(f64::from(t) / h).round() as usize {
+                    x += vel * h + acc * h * h / 2.0;
+                    vel += acc * h + j * h * h / 2.0;
+                    acc += j * h;
+                }
+            }
+            assert!((vel - f64::from(to)).abs() < 0.3, "v {v} a {a}: ends at {vel}");
+            assert!((x - f64::from(b.distance)).abs() < 1e-3 * x.abs() + 1e-3, "{x} {}", b.distance);
+        }
+    }
+}

@@ -1,0 +1,144 @@
+//! Machine limits along one segment, and across the joint between two.
+//!
+//! With path velocity v, acceleration a and jerk j, an axis at q(s) sees
+//! `q' v`, `q' a + q'' v^2` and `q' j + 3 q'' v a + q''' v^3` (chain rule). The programmed feed and the
+//! curve terms fix v; what they leave of the axis limits is free for changing speed.
+
+use crate::config::Config;
+use crate::geometry::arc::{PathDerivatives, PathShape};
+use crate::units::{sqrt, AxisVec, AXES};
+
+/// Share of an axis' acceleration that curvature may take.
+const CURVATURE_SHARE: f32 = 0.7;
+/// Shares of an axis' jerk: change of curvature, curvature while accelerating, joints.
+const TORSION_SHARE: f32 = 0.3;
+const CROSS_SHARE: f32 = 0.2;
+const JOINT_SHARE: f32 = 0.3;
+/// A joint slower than this share of the feed becomes an exact stop.
+const STOP_SHARE: f32 = 0.02;
+
+/// Limits on path motion within one segment: mm (or degree), s.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PathLimits {
+    /// Velocity.
+    pub v: f32,
+    /// Acceleration along the path, either sign.
+    pub a: f32,
+    /// Jerk along the path, either sign.
+    pub j: f32,
+}
+
+/// What passing a joint costs each axis.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct JointCost {
+    /// Acceleration seen in the tick of the joint.
+    pub a: AxisVec,
+    /// Jerk seen in the ticks around the joint.
+    pub j: AxisVec,
+}
+
+/// Verdict on one joint.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Joint {
+    /// Largest path velocity over the joint; 0 is an exact stop.
+    pub v: f32,
+    /// Cost at that velocity.
+    pub cost: JointCost,
+}
+
+/// Jerk limit of an axis. Without `SOFT` the acceleration may build up within four ticks.
+fn axis_jerk(config: &Config, axis: usize, soft: bool) -> f32 {
+    if soft {
+        config.axes[axis].j_max
+    } else {
+        config.axes[axis].a_max * config.servo_hz as f32 * 0.25
+    }
+}
+
+/// Limits inside a segment driven at no more than `feed`, with what its joints already take.
+#[must_use]
+pub fn path_limits(
+    config: &Config,
+    shape: &PathShape,
+    feed: f32,
+    soft: bool,
+    joints: &[JointCost; 2],
+) -> PathLimits {
+    let PathDerivatives { first, second, third } = shape.bound;
+    let mut v = feed;
+    for a in 0..AXES {
+        let axis = &config.axes[a];
+        if first[a] > 0.0 {
+            v = v.min(axis.v_max / first[a]);
+        }
+        if second[a] > 0.0 {
+            v = v.min(sqrt(CURVATURE_SHARE * axis.a_max / second[a]));
+        }
+        if third[a] > 0.0 {
+            v = v.min(libm::cbrtf(TORSION_SHARE * axis_jerk(config, a, soft) / third[a]));
+        }
+    }
+    let mut limit_a = f32::MAX;
+    for a in 0..AXES {
+        let taken = joints[0].a[a].max(joints[1].a[a]);
+        if first[a] > 0.0 {
+            limit_a = limit_a.min((config.axes[a].a_max - taken - second[a] * v * v) / first[a]);
+        }
+        if second[a] > 0.0 {
+            let jerk = CROSS_SHARE * axis_jerk(config, a, soft);
+            limit_a = limit_a.min(jerk / (3.0 * second[a] * v));
+        }
+    }
+    let mut limit_j = f32::MAX;
+    for a in 0..AXES {
+        if first[a] > 0.0 {
+            let taken = joints[0].j[a].max(joints[1].j[a])
+                + 3.0 * second[a] * v * limit_a
+                + third[a] * v * v * v;
+            limit_j = limit_j.min((axis_jerk(config, a, soft) - taken) / first[a]);
+        }
+    }
+    PathLimits { v, a: limit_a, j: limit_j }
+}
+
+/// How fast the joint from `before` to `after` may be passed, given the velocity `v` both sides allow.
+///
+/// A step in q' is a velocity step within one servo tick: `|dq'| v / dt` of acceleration and
+/// `|dq'| v / dt^2` of jerk in the sampled motion; a step in q'' is `|dq''| v^2 / dt` of jerk.
+/// Both must fit into the share of the axis' jerk set aside for joints, or the axis' configured corner
+/// velocity step must cover the first.
+#[must_use]
+pub fn joint(
+    config: &Config,
+    before: &PathDerivatives,
+    after: &PathDerivatives,
+    v: f32,
+    soft: bool,
+) -> Joint {
+    let hz = config.servo_hz as f32;
+    let mut allowed = v;
+    for a in 0..AXES {
+        let step1 = (after.first[a] - before.first[a]).abs();
+        let step2 = (after.second[a] - before.second[a]).abs();
+        let jerk = JOINT_SHARE * axis_jerk(config, a, soft);
+        // Positive root of step2 hz v^2 + step1 hz^2 v = jerk, in the form that does not cancel.
+        let b = step1 * hz * hz;
+        let root = sqrt(b * b + 4.0 * step2 * hz * jerk);
+        let smooth = if b + root > 0.0 { 2.0 * jerk / (b + root) } else { f32::MAX };
+        let corner =
+            if step1 > 0.0 { config.axes[a].corner_step / step1 } else { 0.0 };
+        allowed = allowed.min(smooth.max(corner));
+    }
+    if allowed < STOP_SHARE * v {
+        allowed = 0.0;
+    }
+    let mut cost = JointCost::default();
+    for a in 0..AXES {
+        let step1 = (after.first[a] - before.first[a]).abs();
+        let step2 = (after.second[a] - before.second[a]).abs();
+        let share = JOINT_SHARE * axis_jerk(config, a, soft);
+        cost.a[a] = (step1 * allowed * hz).min(0.5 * config.axes[a].a_max);
+        cost.j[a] = (step1 * allowed * hz * hz + step2 * allowed * allowed * hz).min(share);
+    }
+    Joint { v: allowed, cost }
+}

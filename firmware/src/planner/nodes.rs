@@ -1,0 +1,98 @@
+//! The look-ahead window: limits and length of every segment that has not been driven yet.
+
+use super::limits::PathLimits;
+
+/// Segments the window can hold. A power of two; includes those already planned but not yet driven.
+pub const NODES: usize = 256;
+
+/// One segment as the planner sees it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Node {
+    /// Length, Q10.54.
+    pub length_q: i64,
+    /// Length, path units.
+    pub length: f32,
+    /// Limits inside.
+    pub limits: PathLimits,
+    /// Velocity allowed over the joint at its end.
+    pub exit_v: f32,
+    /// The path comes to rest at its end.
+    pub stop: bool,
+}
+
+const EMPTY: Node = Node {
+    length_q: 0,
+    length: 0.0,
+    limits: PathLimits { v: 0.0, a: 0.0, j: 0.0 },
+    exit_v: 0.0,
+    stop: true,
+};
+
+/// Ring of nodes, oldest first.
+pub struct Nodes {
+    ring: [Node; NODES],
+    head: usize,
+    len: usize,
+}
+
+impl Nodes {
+    /// Empty window.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self { ring: [EMPTY; NODES], head: 0, len: 0 }
+    }
+
+    /// Number of nodes.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.len
+    }
+
+    /// True if there is none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
+    /// True if nothing more fits.
+    #[must_use]
+    pub fn is_full(&self) -> bool {
+        self.len == NODES
+    }
+
+    /// Appends; the caller has checked [`Self::is_full`].
+    pub fn push(&mut self, node: Node) {
+        debug_assert!(!self.is_full());
+        self.ring[(self.head + self.len) % NODES] = node;
+        self.len += 1;
+    }
+
+    /// Drops the oldest.
+    pub fn pop(&mut self) {
+        if self.len > 0 {
+            self.head = (self.head + 1) % NODES;
+            self.len -= 1;
+        }
+    }
+
+    /// Drops all.
+    pub fn clear(&mut self) {
+        self.len = 0;
+    }
+
+    /// The node `index` places behind the oldest; a stop of zero length where there is none.
+    #[must_use]
+    pub fn get(&self, index: usize) -> &Node {
+        if index < self.len {
+            &self.ring[(self.head + index) % NODES]
+        } else {
+            &EMPTY
+        }
+    }
+}
+
+impl Default for Nodes {
+    fn default() -> Self {
+        Self::new()
+    }
+}

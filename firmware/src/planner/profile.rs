@@ -1,0 +1,355 @@
+//! One decision: which jerk to run next, so that the motion stays safe.
+//!
+//! A state is safe if braking from it, with the limits of the segments ahead, meets every velocity limit
+//! ahead. Each decision takes the largest jerk whose outcome is safe, so motion is as fast as the limits
+//! allow while a stop always fits. Where a stop comes within reach, the rest of the way is solved exactly in
+//! whole ticks ([`super::brake::land`], [`super::brake::hop`]).
+
+use super::brake::{brake, halt, hop, land, Phases};
+use super::nodes::Nodes;
+use crate::geometry::arc::S_FRAC;
+use crate::interpolator::PathState;
+
+/// Segments looked at ahead of the one being driven.
+pub const LOOK_AHEAD: usize = 128;
+
+/// Longest greedy piece.
+const TICKS_MAX: u32 = 10;
+
+/// Braking is predicted with this share of the limits; the rest absorbs the rounding of phases to whole ticks.
+const PREDICTED: f32 = 0.97;
+
+/// Slack on velocity comparisons, relative.
+const SLACK: f32 = 1.0 + 2.0e-6;
+
+const UNIT: f32 = (1_u64 << S_FRAC) as f32;
+
+/// The window and the state at the end of what has been planned.
+pub struct View<'a> {
+    /// All nodes.
+    pub nodes: &'a Nodes,
+    /// Node the state is in.
+    pub cursor: usize,
+    /// State at the end of the last piece.
+    pub state: PathState,
+    /// Ticks per second.
+    pub hz: f32,
+}
+
+/// What to run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Decision {
+    /// One greedy piece: jerk, ticks.
+    Go(i64, u32),
+    /// Three pieces to rest at the end of node `stop`.
+    Land {
+        /// The pieces.
+        phases: Phases,
+        /// Index of the node that ends there.
+        stop: usize,
+    },
+}
+
+/// The nearest programmed stop ahead.
+struct StopAhead {
+    index: usize,
+    distance_q: i64,
+    distance: f32,
+    v: f32,
+    a: f32,
+    j: f32,
+}
+
+/// Motion in SI-like units.
+#[derive(Clone, Copy)]
+struct Motion {
+    node: usize,
+    /// Distance left in `node`.
+    left: f32,
+    v: f32,
+    a: f32,
+}
+
+impl View<'_> {
+    fn motion(&self) -> Motion {
+        let left = self.nodes.get(self.cursor).length_q - self.state.s;
+        Motion {
+            node: self.cursor,
+            left: left as f32 / UNIT,
+            v: self.state.v as f32 / UNIT * self.hz,
+            a: self.state.a as f32 / UNIT * self.hz * self.hz,
+        }
+    }
+
+    fn end_of_window(&self) -> usize {
+        (self.cursor + LOOK_AHEAD + 1).min(self.nodes.len())
+    }
+
+    /// True if enough is known ahead: a stop inside the window, or a full window. Decisions then do not
+    /// depend on what arrives later, and so not on when it arrives.
+    #[must_use]
+    pub fn ready(&self) -> bool {
+        self.nodes.len() > self.cursor + LOOK_AHEAD || self.stop_ahead().is_some()
+    }
+
+    fn stop_ahead(&self) -> Option<StopAhead> {
+        let first = self.nodes.get(self.cursor);
+        let mut found = StopAhead {
+            index: self.cursor,
+            distance_q: -self.state.s,
+            distance: 0.0,
+            v: f32::MAX,
+            a: first.limits.a,
+            j: first.limits.j,
+        };
+        for index in self.cursor..self.end_of_window() {
+            let node = self.nodes.get(index);
+            found.distance_q = found.distance_q.checked_add(node.length_q)?;
+            found.v = found.v.min(node.limits.v);
+            found.a = found.a.min(node.limits.a);
+            found.j = found.j.min(node.limits.j);
+            if node.stop {
+                found.index = index;
+                found.distance = found.distance_q as f32 / UNIT;
+                return Some(found);
+            }
+            found.v = found.v.min(node.exit_v);
+        }
+        None
+    }
+
+    /// Whether braking from `at` keeps every limit ahead.
+    fn safe(&self, at: Motion) -> bool {
+        let here = self.nodes.get(at.node).limits;
+        let (mut limit_a, mut limit_j) = (here.a, here.j);
+        let rising = at.a.max(0.0);
+        if at.v < 0.0 || at.v + rising * rising / (2.0 * limit_j) > here.v * SLACK {
+            return false;
+        }
+        let mut distance = at.left;
+        for index in at.node..self.end_of_window() {
+            let node = self.nodes.get(index);
+            let (a, j) = (PREDICTED * limit_a, PREDICTED * limit_j);
+            let peak = at.v + rising * rising / (2.0 * j);
+            let next = self.nodes.get(index + 1);
+            let open = node.stop || index + 1 == self.end_of_window();
+            let cap = if open { 0.0 } else { node.exit_v.min(next.limits.v) };
+            if cap < peak && brake(at.v, at.a, cap, a, j).distance > distance {
+                return false;
+            }
+            if open {
+                break;
+            }
+            if next.limits.a < at.a.abs() {
+                let time = (at.a.abs() - next.limits.a) / j;
+                if time * peak > distance {
+                    return false;
+                }
+            }
+            if cap > 0.0 && brake(at.v, at.a, 0.0, a, j).distance <= distance {
+                break;
+            }
+            distance += next.length;
+            limit_a = limit_a.min(next.limits.a);
+            limit_j = limit_j.min(next.limits.j);
+        }
+        true
+    }
+
+    /// Runs `jerk` (path units / s^3) for `ticks` and says where that leads, or `None` if a limit breaks on the way.
+    fn probe(&self, start: Motion, jerk: f32, ticks: u32) -> Option<Motion> {
+        let dt = 1.0 / self.hz;
+        let mut m = start;
+        for _ in 0..ticks {
+            m.a += jerk * dt;
+            m.v += m.a * dt;
+            m.left -= m.v * dt;
+            while m.left < 0.0 && !self.nodes.get(m.node).stop {
+                let node = self.nodes.get(m.node);
+                let next = self.nodes.get(m.node + 1);
+                let cap = node.exit_v.min(next.limits.v);
+                // The velocity at the joint itself lies up to one tick back.
+                if m.v - m.a.abs() * dt > cap * SLACK {
+                    return None;
+                }
+                m.left += next.length;
+                m.node += 1;
+                if jerk.abs() > next.limits.j * SLACK || m.a.abs() > next.limits.a * 1.001 {
+                    return None;
+                }
+            }
+            if m.left < 0.0 {
+                return None;
+            }
+        }
+        Some(m)
+    }
+
+    /// The next thing to run. The caller has checked [`Self::ready`].
+    #[must_use]
+    pub fn decide(&self) -> Decision {
+        let stop = self.stop_ahead();
+        if let Some(stop) = &stop {
+            let decision = if self.state.v == 0 && self.state.a == 0 {
+                self.try_hop(stop)
+            } else {
+                self.try_land(stop)
+            };
+            if let Some(phases) = decision {
+                return Decision::Land { phases, stop: stop.index };
+            }
+        }
+        self.greedy(stop.as_ref())
+    }
+
+    fn greedy(&self, stop: Option<&StopAhead>) -> Decision {
+        let start = self.motion();
+        let limits = self.nodes.get(self.cursor).limits;
+        let ticks = match stop {
+            Some(stop) => {
+                // A rest-to-rest move over this distance takes about 4 cbrt(D / 2 J).
+                let time = 4.0 * libm::cbrtf(stop.distance.max(0.0) / (2.0 * stop.j));
+                ((time * self.hz / 24.0) as u32).clamp(1, TICKS_MAX)
+            }
+            None => TICKS_MAX,
+        };
+        let time = ticks as f32 / self.hz;
+        let high = limits.j.min((limits.a - start.a) / time);
+        let low = (-limits.j).max((-limits.a - start.a) / time).min(high);
+        let ok = |jerk: f32| {
+            self.probe(start, jerk, ticks).is_some_and(|m| self.safe(m))
+        };
+        let jerk = if ok(high) {
+            high
+        } else {
+            // Zero first: cruising must not dither.
+            let (mut good, mut bad) =
+                if low <= 0.0 && high > 0.0 && ok(0.0) { (0.0, high) } else { (low, high.min(0.0).max(low)) };
+            for _ in 0..12 {
+                let middle = 0.5 * (good + bad);
+                if ok(middle) {
+                    good = middle;
+                } else {
+                    bad = middle;
+                }
+            }
+            // Where even the hardest braking is not provably safe, brake, but not past standstill.
+            let creep = 2.0 * (-start.v - start.a * time) / (time * time);
+            good.max(creep)
+        };
+        let scale = UNIT / (self.hz * self.hz * self.hz);
+        Decision::Go((jerk * scale) as i64, ticks)
+    }
+
+    fn try_hop(&self, stop: &StopAhead) -> Option<Phases> {
+        let time = libm::cbrtf(stop.distance / (2.0 * stop.j));
+        let m = libm::ceilf(time * self.hz).max(1.0);
+        let j = stop.distance / (2.0 * m * m * m);
+        let (v, a) = (j * m * m * self.hz, j * m * self.hz * self.hz);
+        if v > stop.v || a > stop.a {
+            return None;
+        }
+        let m = m as u32;
+        let j = hop(stop.distance_q, m);
+        Some([(j, m), (-j, 2 * m), (j, m)])
+    }
+
+    fn try_land(&self, stop: &StopAhead) -> Option<Phases> {
+        let m = self.motion();
+        let reach = |j: f32| brake(m.v, m.a, 0.0, stop.a, j);
+        let (mut low, mut high) = (0.5 * stop.j, stop.j);
+        let distance = stop.distance;
+        if !(distance > 0.0) || reach(low).distance < distance || reach(high).distance > distance {
+            return None;
+        }
+        for _ in 0..14 {
+            let middle = 0.5 * (low + high);
+            if reach(middle).distance > distance {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        let time = reach(high).time;
+        let whole = time.map(|t| (libm::roundf(t * self.hz) as u32).max(1));
+        for [x, y, z] in [[0, 0, 0], [0, 1, 0], [1, 0, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [2, 1, 2]] {
+            let ticks = [whole[0] + x, whole[1] + y, whole[2] + z];
+            if let Some(phases) = land(&self.state, stop.distance_q, ticks) {
+                if self.within(&phases, stop) {
+                    return Some(phases);
+                }
+            }
+        }
+        None
+    }
+
+    /// Whether a landing keeps every limit between here and its stop.
+    fn within(&self, phases: &Phases, stop: &StopAhead) -> bool {
+        const CHUNK: u32 = 8;
+        let jerk_scale = self.hz * self.hz * self.hz / UNIT;
+        let mut state = self.state;
+        let mut node = self.cursor;
+        let mut node_end = self.nodes.get(node).length_q;
+        for &(j, ticks) in phases {
+            if (j as f32 * jerk_scale).abs() > stop.j * 1.001 {
+                return false;
+            }
+            let mut left = ticks;
+            while left > 0 {
+                let n = left.min(CHUNK);
+                left -= n;
+                let Some(next) = state.after(j, n) else { return false };
+                let v = state.v.max(next.v) as f32 / UNIT * self.hz;
+                let a = next.a.abs() as f32 / UNIT * self.hz * self.hz;
+                let here = self.nodes.get(node).limits;
+                // The release phase may undershoot standstill by the rounding of f32 timing only.
+                if v > here.v * 1.0001 || a > here.a * 1.001 || next.v < -(1 << 20) {
+                    return false;
+                }
+                while next.s > node_end && node < stop.index {
+                    let exit = self.nodes.get(node).exit_v;
+                    node += 1;
+                    node_end += self.nodes.get(node).length_q;
+                    let inside = self.nodes.get(node).limits;
+                    let slowest = state.v.min(next.v) as f32 / UNIT * self.hz;
+                    if slowest > exit.min(inside.v) * 1.0001 || a > inside.a * 1.001 {
+                        return false;
+                    }
+                }
+                state = next;
+            }
+        }
+        true
+    }
+
+    /// Phases that come to rest on the path as soon as the limits allow. Also returns the distance that takes.
+    #[must_use]
+    pub fn halt(&self) -> (Phases, f32) {
+        let m = self.motion();
+        let here = self.nodes.get(self.cursor).limits;
+        let (mut a, mut j) = (here.a, here.j);
+        let mut b = brake(m.v, m.a, 0.0, a, j);
+        let mut covered = m.left;
+        let mut index = self.cursor;
+        while covered < b.distance && index + 1 < self.nodes.len() {
+            index += 1;
+            let node = self.nodes.get(index);
+            if node.limits.a < a || node.limits.j < j {
+                a = a.min(node.limits.a);
+                j = j.min(node.limits.j);
+                b = brake(m.v, m.a, 0.0, a, j);
+            }
+            covered += node.length;
+        }
+        let ticks = b.time.map(|t| libm::ceilf(t * self.hz) as u32);
+        let ticks = [ticks[0].max(1), ticks[1], ticks[2].max(1)];
+        let phases = halt(&self.state, ticks).unwrap_or([(0, 0); 3]);
+        (phases, b.distance)
+    }
+
+    /// Distance to the nearest programmed stop in the window.
+    #[must_use]
+    pub fn distance_to_stop(&self) -> Option<f32> {
+        self.stop_ahead().map(|stop| stop.distance)
+    }
+}

@@ -1,0 +1,81 @@
+//! Answers as senders of GRBL 1.1 read them.
+
+use core::fmt::{self, Write};
+
+use crate::config::Config;
+use crate::machine::State;
+use crate::units::{AXES, NANO_PER_UNIT};
+
+/// Banner at power-up and after a reset. Senders look for its first word.
+pub const BANNER: &str = "\r\nGrbl 1.1h ['$' for help]\r\n";
+
+/// A length in thousandths, printed as a decimal.
+struct Thousandths(i64);
+
+impl fmt::Display for Thousandths {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let sign = if self.0 < 0 { "-" } else { "" };
+        let size = self.0.unsigned_abs();
+        write!(f, "{sign}{}.{:03}", size / 1000, size % 1000)
+    }
+}
+
+/// What a status report says.
+#[derive(Clone, Copy, Debug)]
+pub struct Status {
+    /// Machine state.
+    pub state: State,
+    /// Steps emitted per axis.
+    pub emitted: [i32; AXES],
+    /// Segments the planner can still take.
+    pub planner_free: usize,
+    /// Bytes the receive buffer can still take.
+    pub receive_free: usize,
+    /// Path feed, mm/min.
+    pub feed: u32,
+    /// Text line being executed.
+    pub block: u32,
+}
+
+/// Writes `<State|Bf:..|FS:..|Ln:..|MPos:..|WCO:..>`; positions in mm or degrees.
+///
+/// # Errors
+/// If `out` is full.
+pub fn status(out: &mut impl Write, config: &Config, status: &Status) -> fmt::Result {
+    let name = match status.state {
+        State::Idle => "Idle",
+        State::Run => "Run",
+        State::Hold => "Hold:0",
+        State::Alarm => "Alarm",
+    };
+    write!(out, "<{name}|MPos:")?;
+    for (a, &steps) in status.emitted.iter().enumerate() {
+        let unit = i128::from(config.axes[a].steps_per_unit.to_bits());
+        let thousandths = if unit == 0 { 0 } else { (i128::from(steps) << 32) * 1000 / unit };
+        let comma = if a > 0 { "," } else { "" };
+        write!(out, "{comma}{}", Thousandths(thousandths as i64))?;
+    }
+    write!(
+        out,
+        "|Bf:{},{}|FS:{},0|Ln:{}|WCO:",
+        status.planner_free, status.receive_free, status.feed, status.block
+    )?;
+    for (a, &offset) in config.zero_offset.iter().enumerate() {
+        let comma = if a > 0 { "," } else { "" };
+        write!(out, "{comma}{}", Thousandths(offset / (NANO_PER_UNIT / 1000)))?;
+    }
+    out.write_str(">\r\n")
+}
+
+/// Writes the answer to `$I`.
+///
+/// # Errors
+/// If `out` is full.
+pub fn identity(out: &mut impl Write, config: &Config, planner: usize, receive: usize) -> fmt::Result {
+    write!(out, "[VER:1.1h.{}:Pentaspline {}]\r\n", env!("CARGO_PKG_VERSION"), config.name)?;
+    write!(out, "[OPT:V,{planner},{receive}]\r\n[AXS:{AXES}:")?;
+    for axis in &config.axes {
+        out.write_char(char::from(axis.letter))?;
+    }
+    out.write_str("]\r\n")
+}

@@ -1,0 +1,79 @@
+//! `host-sim check`: parse and plan only. Nothing is recorded; the same core runs, so the time is the true one.
+
+use std::io;
+
+use indicatif::ProgressBar;
+use pentaspline::machine::Sample;
+use pentaspline::stepgen::StepFrame;
+use pentaspline::units::Tick;
+
+use super::{always_jerk_limited, conclude, progress_bar, ticks, write_json};
+use crate::cli::CheckArgs;
+use crate::diagnostics::{Exit, Failure, Located};
+use crate::machine_file::Machine;
+use crate::program::Program;
+use crate::runner::{self, Observer, Options};
+use crate::summary::SummaryBuilder;
+use crate::travel::TravelWatch;
+
+struct Watch {
+    summary: SummaryBuilder,
+    travel: TravelWatch,
+    bar: ProgressBar,
+}
+
+impl Observer for Watch {
+    fn tick(&mut self, tick: Tick, sample: &Sample, _frame: &StepFrame) -> io::Result<()> {
+        self.summary.tick(sample);
+        self.travel.tick(tick, sample.block, &sample.commanded);
+        Ok(())
+    }
+
+    fn progress(&mut self, lines: usize) {
+        if self.bar.position() != lines as u64 {
+            self.bar.set_position(lines as u64);
+        }
+    }
+}
+
+/// Checks a program; prints the summary on stdout. `M0` and `M1` do not wait.
+///
+/// # Errors
+/// See [`Exit`]; the JSON file is written all the same when the program fails.
+pub fn check(args: &CheckArgs) -> Result<Exit, Failure> {
+    let machine = Machine::load(args.machine.as_deref())?;
+    let program = Program::load(&args.program)?;
+    let max_ticks = ticks(args.max_time, machine.config.servo_hz);
+    let options = Options {
+        auto_start: true,
+        events: Vec::new(),
+        max_ticks,
+    };
+    let mut watch = Watch {
+        summary: SummaryBuilder::new(&machine, &Sample::default()),
+        travel: TravelWatch::new(&machine),
+        bar: progress_bar(program.len()),
+    };
+    let outcome = runner::run(&program, &machine, &options, &mut watch)
+        .map_err(|e| Failure::new(Exit::Io, Located::new(e.to_string())))?;
+    watch.bar.finish_and_clear();
+
+    let mut summary = watch
+        .summary
+        .finish(&machine, program.name(), outcome.digest);
+    summary.take_violations(watch.travel);
+    let failure = conclude(&program, &outcome, &mut summary);
+    summary.warnings.extend(
+        summary.limit_warnings(machine.config.default_soft && always_jerk_limited(&program)),
+    );
+    summary.place_violations(&program);
+    if let Some(path) = &args.json {
+        write_json(path, &summary)?;
+    }
+    print!("{}", summary.table());
+    match failure {
+        Some(failure) => Err(failure),
+        None if !summary.violations.is_empty() => Ok(Exit::Limit),
+        None => Ok(Exit::Success),
+    }
+}

@@ -1,0 +1,149 @@
+#!/usr/bin/env python3
+"""Checks a recorded run against the limits of its machine, by differentiating the commanded positions.
+
+    check_trace.py TRACE.csv SUMMARY.json [--brisk] [--tolerance PERCENT]
+
+Shares no code with the simulator: positions are differenced as exact integers, then scaled.
+Checked: one row per servo tick; per-axis velocity, acceleration and jerk within the limits stated in
+SUMMARY (0.5 % unless told); the maxima printed there agree with the trace; final steps are the final
+position rounded half up; the feed column is the speed of the linear axes (of the rotary axes where no
+linear axis moves). --brisk leaves the jerk out, for programs that use BRISK.
+
+Exit codes: 0 all hold, 1 a check failed, 2 the files cannot be read.
+"""
+
+import argparse
+import sys
+
+import numpy as np
+
+import trace_file as tr
+
+ORDERS = [("velocity", "v_limit", "v_max", 1), ("acceleration", "a_limit", "a_max", 2), ("jerk", "j_limit", "j_max", 3)]
+
+
+def differences(position, order):
+    """Exact n-th differences; the machine stands at zero before the first row, so rows are kept."""
+    still = np.zeros((order, position.shape[1]), dtype=position.dtype)
+    return np.diff(np.concatenate([still, position]), n=order, axis=0)
+
+
+def check_rows(trace, summary):
+    """Ticks run without a gap, times belong to them."""
+    problems = []
+    if np.any(np.diff(trace.tick) != 1):
+        row = int(np.argmax(np.diff(trace.tick) != 1)) + 1
+        problems.append(f"tick {trace.tick[row]} follows tick {trace.tick[row - 1]}")
+    hz = summary["servo_hz"]
+    off = np.abs(trace.t_s * hz - trace.tick - (trace.t_s[0] * hz - trace.tick[0]))
+    if off.max() > 0.51:
+        problems.append(f"t_s drifts from tick / servo_hz by {off.max():.2f} ticks")
+    names = [axis["name"] for axis in summary["axes"]]
+    if names != trace.axes:
+        problems.append(f"axes differ: trace {trace.axes}, summary {names}")
+    return problems
+
+
+def check_limits(trace, summary, tolerance, brisk):
+    """Per-axis maxima against limits and against the summary; returns (table rows, problems)."""
+    rows, problems = [], []
+    hz = summary["servo_hz"]
+    for label, limit_key, claim_key, order in ORDERS:
+        delta = differences(trace.position, order)
+        where = np.argmax(np.abs(delta), axis=0)
+        for a, axis in enumerate(summary["axes"]):
+            row = int(where[a])
+            per_step = hz**order / (tr.SCALE * axis["steps_per_unit"])
+            peak = abs(int(delta[row, a])) * per_step
+            limit, claim = axis[limit_key], axis[claim_key]
+            counts = not (brisk and order == 3)
+            over = counts and peak > limit * (1.0 + tolerance)
+            # Ten printed decimals leave 2^(order-1) units of the last place in an n-th difference.
+            floor = 2.0**order * per_step
+            lies = counts and abs(claim - peak) > tolerance * max(peak, limit * 1e-3) + floor
+            verdict = "OVER" if over else ("claim" if lies else ("-" if not counts else "ok"))
+            rows.append((axis["name"], label, peak, limit, peak / limit, claim, int(trace.tick[row]), int(trace.block[row]), verdict))
+            if over:
+                problems.append(f"{axis['name']} {label} {peak:.6g} exceeds {limit:.6g} at tick {trace.tick[row]}")
+            if lies:
+                problems.append(f"{axis['name']} {label}: summary says {claim:.6g}, trace has {peak:.6g}")
+    return rows, problems
+
+
+def check_final(trace, summary):
+    """Steps emitted in the end are the last commanded position rounded half up."""
+    problems = []
+    for a, axis in enumerate(summary["axes"]):
+        last = int(trace.position[-1, a])
+        expected = (2 * last + tr.SCALE) // (2 * tr.SCALE)
+        if axis["final_steps"] != expected:
+            problems.append(f"{axis['name']}: final_steps {axis['final_steps']}, last row {last / tr.SCALE} rounds to {expected}")
+    return problems
+
+
+def check_feed(trace, summary, tolerance, brisk):
+    """The feed column is the speed along the path; returns (largest difference, problems).
+
+    A difference of positions is the mean speed over a tick; two neighbouring means average to the speed
+    between them but for a share of the jerk (and, under BRISK, half a tick of acceleration), which the
+    tolerance grants. The column may be either, the speed at the end of the tick or the mean over it, but one
+    of them throughout.
+    """
+    hz = float(summary["servo_hz"])
+    linear = np.array([axis["unit"] == "mm" for axis in summary["axes"]])
+    delta = np.diff(tr.units(trace, summary), axis=0) * hz
+    straight = np.sqrt(np.sum(delta[:, linear] ** 2, axis=1))
+    turning = np.sqrt(np.sum(delta[:, ~linear] ** 2, axis=1))
+    # One digit of the last place per axis is rounding, not motion.
+    moves = straight > 1e-9 * hz
+    mean = np.where(moves, straight, turning)
+    kind = np.where(moves, 1, 0)
+    inner = slice(1, -1)
+    central = 0.5 * (mean[:-1] + mean[1:])
+    same = (kind[:-1] == kind[1:]) & (trace.block[inner] == trace.block[2:])
+    jerk = max(axis["j_limit"] for axis in summary["axes"])
+    slack = 4.0 * jerk / hz**2
+    if brisk:
+        slack += max(axis["a_limit"] for axis in summary["axes"]) / hz
+    readings = []
+    for speed in (mean[:-1], central):
+        gap = np.where(same, np.abs(trace.feed[inner] - speed), 0.0)
+        over = gap - tolerance * speed - slack
+        readings.append((float(over.max(initial=0.0)), float(gap.max(initial=0.0)), over, speed))
+    worst, gap, over, speed = min(readings, key=lambda r: r[:2])
+    if worst <= 0.0:
+        return gap, []
+    row = int(np.argmax(over))
+    return gap, [f"feed {trace.feed[row + 1]:.6g} at tick {trace.tick[row + 1]}, positions move at {speed[row]:.6g}"]
+
+
+def main():
+    """Command line; returns the exit code."""
+    parser = argparse.ArgumentParser(description="Differentiates a trace and checks it against the machine limits.")
+    parser.add_argument("trace")
+    parser.add_argument("summary")
+    parser.add_argument("--brisk", action="store_true", help="leave out the jerk")
+    parser.add_argument("--tolerance", type=float, default=0.5, help="percent")
+    options = parser.parse_args()
+    try:
+        trace, summary = tr.read_trace(options.trace), tr.read_summary(options.summary)
+    except (OSError, ValueError, tr.BadTrace) as error:
+        print(error, file=sys.stderr)
+        return 2
+    share = options.tolerance / 100.0
+    problems = check_rows(trace, summary)
+    table, more = check_limits(trace, summary, share, options.brisk)
+    problems += more + check_final(trace, summary)
+    feed_off, more = check_feed(trace, summary, share, options.brisk)
+    problems += more
+    print(f"{'axis':4} {'':12} {'trace':>14} {'limit':>14} {'used':>8} {'summary':>14} {'tick':>9} {'block':>6}")
+    for name, label, peak, limit, used, claim, tick, block, verdict in table:
+        print(f"{name:4} {label:12} {peak:14.6f} {limit:14.4f} {used:8.2%} {claim:14.6f} {tick:9} {block:6} {verdict}")
+    print(f"rows {len(trace.tick)}, feed column off by at most {feed_off:.6f} mm/s")
+    for problem in problems:
+        print(f"FAIL {problem}")
+    return 1 if problems else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,139 @@
+#!/usr/bin/env python3
+"""Shows that the checkers here pass a right record and fail a wrong one, without any simulator.
+
+Records are made from closed formulas: a straight jerk-limited move, and the C-spline of the thesis sampled
+along its own length; then each is spoiled in one way at a time. Exit code 0 if every verdict is as expected.
+"""
+
+import contextlib
+import io
+import json
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+import check_trace
+import nc_program
+import path_deviation
+
+EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
+HZ = 5000
+NAMES = "XYZAC"
+LIMITS = {"mm": (666.6667, 5000.0, 50000.0), "degree": (1.0, 5.0, 50.0)}
+
+
+def write(folder, positions, feed):
+    """Writes a trace and a summary that tells the truth about `positions` (mm, degree)."""
+    bits = np.round(positions * 1000.0 * 1e10).astype(np.int64)
+    with open(folder / "t.csv", "w", encoding="ascii") as out:
+        out.write("tick,t_s,block,feed_mm_s," + ",".join(NAMES) + "\n")
+        for i, row in enumerate(bits):
+            cells = ",".join(f"{'-' if v < 0 else ''}{abs(v) // 10**10}.{abs(v) % 10**10:010}" for v in map(int, row))
+            out.write(f"{i + 1},{(i + 1) / HZ:.6f},1,{feed[i]:.9f},{cells}\n")
+    axes = []
+    for a, name in enumerate(NAMES):
+        unit = "mm" if name in "XYZ" else "degree"
+        v, acc, j = LIMITS[unit]
+        peak = [float(np.abs(check_trace.differences(bits, n)[:, a]).max()) * HZ**n / 1e13 for n in (1, 2, 3)]
+        last = int(bits[-1, a])
+        axes.append({"name": name, "unit": unit, "steps_per_unit": 1000.0, "v_limit": v, "a_limit": acc, "j_limit": j,
+                     "v_max": peak[0], "a_max": peak[1], "j_max": peak[2], "final_steps": (2 * last + 10**10) // (2 * 10**10)})
+    summary = {"servo_hz": HZ, "axes": axes}
+    (folder / "s.json").write_text(json.dumps(summary), encoding="ascii")
+    return summary
+
+
+def jerk_move(distance, jerk):
+    """Symmetric four-piece jerk-limited move: positions and speeds per tick, standing for 10 ticks on either side."""
+    quarter = (distance / (2.0 * jerk)) ** (1.0 / 3.0)
+    t = np.arange(1, int(4 * quarter * HZ) + 2) / HZ
+    j = np.array([jerk, -jerk, -jerk, jerk])
+    s, v, a = [0.0], [0.0], [0.0]
+    for k in range(4):
+        s.append(s[k] + v[k] * quarter + a[k] * quarter**2 / 2 + j[k] * quarter**3 / 6)
+        v.append(v[k] + a[k] * quarter + j[k] * quarter**2 / 2)
+        a.append(a[k] + j[k] * quarter)
+    k = np.minimum((t / quarter).astype(int), 3)
+    d = np.minimum(t, 4 * quarter) - k * quarter
+    pos = np.array(s)[k] + np.array(v)[k] * d + np.array(a)[k] * d**2 / 2 + j[k] * d**3 / 6
+    vel = np.array(v)[k] + np.array(a)[k] * d + j[k] * d**2 / 2
+    rest = np.full(10, pos[-1])
+    return np.concatenate([np.zeros(10), pos, rest]), np.concatenate([np.zeros(10), vel, np.zeros(10)])
+
+
+def verdict(module, *arguments):
+    """Runs a checker's command line in silence; returns its exit code."""
+    sys.argv = [module.__name__, *map(str, arguments)]
+    with contextlib.redirect_stdout(io.StringIO()):
+        return module.main()
+
+
+def expect(name, got, wanted, failures):
+    """Prints one line and remembers a wrong verdict."""
+    print(f"{'ok  ' if got == wanted else 'FAIL'} {name}: exit {got}")
+    if got != wanted:
+        failures.append(name)
+
+
+def limits(folder, failures):
+    """check_trace on a straight move."""
+    s, v = jerk_move(20.0, 49_900.0)
+    positions = np.zeros((len(s), 5))
+    positions[:, 0] = s
+    run = lambda: verdict(check_trace, folder / "t.csv", folder / "s.json")
+    summary = write(folder, positions, v)
+    expect("a move within limits passes", run(), 0, failures)
+    wrong = json.loads(json.dumps(summary))
+    wrong["axes"][0]["final_steps"] += 1
+    (folder / "s.json").write_text(json.dumps(wrong))
+    expect("one step too many is seen", run(), 1, failures)
+    wrong = json.loads(json.dumps(summary))
+    wrong["axes"][0]["j_max"] *= 0.9
+    (folder / "s.json").write_text(json.dumps(wrong))
+    expect("a summary that flatters itself is seen", run(), 1, failures)
+    write(folder, positions, v * 1.02)
+    expect("a feed column 2 % off is seen", run(), 1, failures)
+    fast, w = jerk_move(20.0, 50_500.0)
+    positions = np.zeros((len(fast), 5))
+    positions[:, 0] = fast
+    write(folder, positions, w)
+    expect("jerk 1 % over the limit is seen", run(), 1, failures)
+
+
+def deviation(folder, failures):
+    """path_deviation on the thesis C-spline, sampled along its own length."""
+    program = EXAMPLES / "thesis" / "CSPLINE_57.MPF"
+    linear = np.array([True, True, True, False, False])
+    pieces = path_deviation.curve(nc_program.read(program, NAMES), linear)
+    edges, table = path_deviation.length_table(pieces, linear)
+    goal = np.linspace(0.0, table[-1], 20_000)
+    cell = np.clip(np.searchsorted(table, goal, side="right") - 1, 0, len(table) - 2)
+    piece = cell // path_deviation.PER_SEGMENT
+    share = (goal - table[cell]) / (table[cell + 1] - table[cell])
+    u = edges[cell % path_deviation.PER_SEGMENT] + share / path_deviation.PER_SEGMENT
+    points = path_deviation.at(pieces[piece], u)
+    still = np.zeros(len(points))
+    run = lambda: verdict(path_deviation, program, folder / "t.csv", folder / "s.json")
+    write(folder, points, still)
+    expect("points of the curve pass", run(), 0, failures)
+    off = points.copy()
+    off[10_000:10_010, 2] += 0.0017  # the middle turn is level: this is straight away from the curve
+    write(folder, off, still)
+    expect("1.7 um beside the curve is seen", run(), 1, failures)
+    write(folder, points[:-400], still[:-400])
+    expect("a run that ends early is seen", run(), 1, failures)
+
+
+def main():
+    """Command line; returns the exit code."""
+    failures = []
+    with tempfile.TemporaryDirectory() as name:
+        limits(Path(name), failures)
+        deviation(Path(name), failures)
+    return 1 if failures else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,191 @@
+#!/usr/bin/env python3
+"""Writes examples/thesis/: the equidistant 57-knot finishing programs of the thesis (seed 000, section 2.3.3.2).
+
+In: nothing but the formula of the contour. Out: two main programs and their sub-programs.
+
+    thesis_knots.py             write the files
+    thesis_knots.py --check     exit 1 if a committed file differs from what would be written
+
+Contour, r(theta) = 18 + 4 cos(2 theta) cos(6 theta) mm (shared facts 3). "15 per quadrant" counts both
+ends, which makes 14 equal arcs per quadrant and 56 distinct knots per turn; the thesis prints 57 with the
+closing knot. Only the first quadrant is solved, the others are its mirror images, as in the thesis.
+"""
+
+import math
+import sys
+from pathlib import Path
+
+from scipy.integrate import quad
+from scipy.optimize import brentq
+
+OUT = Path(__file__).resolve().parents[2] / "examples" / "thesis"
+ARCS_PER_QUADRANT = 14
+ARCS_PER_TURN = 4 * ARCS_PER_QUADRANT
+DEPTH = -6.0
+LEAD_KNOTS = 2  # before the first and behind the last knot: thesis, Table 2.2.3.2
+LEAD_START_THETA = math.radians(30.0)  # X13.856 Y-8.000 of the main programs lies at theta = -30 degrees
+LEAD_START_Z = 0.5  # and has Z0.500
+
+
+def radius(theta):
+    """Contour radius, mm."""
+    return 18.0 + 4.0 * math.cos(2.0 * theta) * math.cos(6.0 * theta)
+
+
+def radius_slope(theta):
+    """dr/dtheta, mm per radian."""
+    return -8.0 * math.sin(2.0 * theta) * math.cos(6.0 * theta) - 24.0 * math.cos(2.0 * theta) * math.sin(6.0 * theta)
+
+
+def arc(theta):
+    """Arc length from theta = 0, mm (thesis, equation 33)."""
+    return quad(lambda t: math.hypot(radius(t), radius_slope(t)), 0.0, theta, epsabs=1e-12, epsrel=1e-12, limit=400)[0]
+
+
+def first_quadrant():
+    """Knots of the first quadrant including both ends, mm."""
+    quarter = arc(math.pi / 2.0)
+    knots = []
+    for k in range(ARCS_PER_QUADRANT + 1):
+        if k in (0, ARCS_PER_QUADRANT):
+            theta = k * math.pi / 2.0 / ARCS_PER_QUADRANT
+        else:
+            goal = quarter * k / ARCS_PER_QUADRANT
+            theta = brentq(lambda t, goal=goal: arc(t) - goal, 0.0, math.pi / 2.0, xtol=1e-14)
+        knots.append((radius(theta) * math.cos(theta), radius(theta) * math.sin(theta)))
+    return knots
+
+
+def turn():
+    """The 56 distinct knots of one turn, counter-clockwise from X22 Y0."""
+    q = first_quadrant()
+    return (
+        q[:-1]
+        + [(-x, y) for x, y in reversed(q[1:])]
+        + [(-x, -y) for x, y in q[:-1]]
+        + [(x, -y) for x, y in reversed(q[1:])]
+    )
+
+
+def knots():
+    """All knots of the sub-program: lead-in, three turns, closing knot, lead-out."""
+    xy = turn()
+    step = arc(math.pi / 2.0) / ARCS_PER_QUADRANT
+    rise = LEAD_START_Z / arc(LEAD_START_THETA)  # mm of height per mm of arc on the leads
+    out = []
+    for k in range(-LEAD_KNOTS, 3 * ARCS_PER_TURN + LEAD_KNOTS + 1):
+        if k < 0:
+            z = -k * step * rise
+        elif k <= ARCS_PER_TURN:
+            z = DEPTH * k / ARCS_PER_TURN
+        elif k <= 2 * ARCS_PER_TURN:
+            z = DEPTH
+        elif k <= 3 * ARCS_PER_TURN:
+            z = DEPTH - DEPTH * (k - 2 * ARCS_PER_TURN) / ARCS_PER_TURN
+        else:
+            z = (k - 3 * ARCS_PER_TURN) * step * rise
+        out.append((*xy[k % ARCS_PER_TURN], z))
+    return out
+
+
+def number(value):
+    """Three decimals, as the thesis prints them; no minus zero."""
+    text = f"{value:.3f}"
+    return "0.000" if text == "-0.000" else text
+
+
+def subprogram(title, word):
+    """Text of a sub-program; `word` goes between block number and coordinates."""
+    lines = [
+        f"; {title}",
+        "; contour r = 18 + 4 cos(2t) cos(6t) mm, 14 arcs (15 knots) per quadrant",
+        "; 2 knots lead in, 3 turns of 56 knots and the closing one, 2 knots lead out",
+        "; Z falls from 0 to -6 over turn one, stays, and rises to 0 over turn three",
+    ]
+    n = 0
+    for x, y, z in knots():
+        n += 10
+        lines.append(f"N{n}{word}X{number(x)}  Y{number(y)}  Z{number(z)}")
+    lines.append(f"N{n + 10} M17")
+    return "\n".join(lines) + "\n"
+
+
+HEADER = """\
+; {title}
+; after the finishing programs of the thesis, Table 2.3.3.3; the sub-program holds the knots
+; Tool radius compensation (G42 ... G40) is left out until the core has it:
+; the tool centre follows the contour itself.
+"""
+
+CSPLINE = """\
+N10 G54
+N20 T="FR_4"
+N30 M6
+N40 G64
+N50 SOFT
+N60 M3 S17000 M8
+N70 G1 Z10 F1530
+N80 M0
+N90 G4 F2
+N110 G1 X40
+N115 G1 X37
+N120 BTAN ETAN
+N130 CSPLINE
+N140 X13.856  Y-8.000  Z0.500
+N150 EKVI_POSTUPNE_15
+N170 G1 X30 Y30 F700
+N180 G1 Z10 F5000
+N190 Y100
+N200 M5
+N210 M30
+"""
+
+LINEAR = """\
+N10 G54
+N20 T="FR_4"
+N30 M6
+N40 G64
+N50 SOFT
+N60 M3 S17000 M8
+N70 G1 Z10 F1530
+N80 M0
+N90 G4 F2
+N110 G1 X37 Y-15
+N120 G1 X13.856  Y-8.000  Z0.500
+N130 EKVI_POSTUPNE_LIN_15
+N150 G1 X30 Y30 F700
+N160 G1 Z10 F5000
+N170 Y100
+N180 M5
+N190 M30
+"""
+
+
+def files():
+    """File name to text."""
+    return {
+        "CSPLINE_57.MPF": HEADER.format(title="Finishing, C-spline, equidistant, 57 knots per turn") + CSPLINE,
+        "LINEAR_57.MPF": HEADER.format(title="Finishing, linear interpolation, equidistant, 57 knots per turn") + LINEAR,
+        "EKVI_POSTUPNE_15.SPF": subprogram("Knots for CSPLINE or ASPLINE", "  "),
+        "EKVI_POSTUPNE_LIN_15.SPF": subprogram("Knots for linear interpolation", " G1 "),
+    }
+
+
+def main():
+    """Command line; returns the exit code."""
+    stale = []
+    for name, text in files().items():
+        path = OUT / name
+        if "--check" in sys.argv[1:]:
+            if not path.is_file() or path.read_text(encoding="ascii") != text:
+                stale.append(name)
+        else:
+            OUT.mkdir(parents=True, exist_ok=True)
+            path.write_text(text, encoding="ascii", newline="\n")
+    for name in stale:
+        print(f"{OUT / name} differs from what thesis_knots.py writes", file=sys.stderr)
+    return 1 if stale else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
