@@ -17,7 +17,9 @@ const SLOTS: u64 = 560;
 fn main() {
     let manifest = PathBuf::from(env::var_os("CARGO_MANIFEST_DIR").expect("cargo sets it"));
     let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets it"));
-    let root = manifest.parent().expect("the package lies in the workspace");
+    let root = manifest
+        .parent()
+        .expect("the package lies in the workspace");
 
     println!("cargo:rerun-if-changed=build.rs");
     println!("cargo:rerun-if-env-changed=PENTASPLINE_MACHINE");
@@ -38,7 +40,8 @@ fn main() {
     if env::var("CARGO_CFG_TARGET_OS").as_deref() == Ok("none") {
         let memory = root.join("memory.x");
         println!("cargo:rerun-if-changed={}", memory.display());
-        fs::copy(&memory, out.join("memory.x")).expect("memory.x stands at the top of the workspace");
+        fs::copy(&memory, out.join("memory.x"))
+            .expect("memory.x stands at the top of the workspace");
         println!("cargo:rustc-link-search={}", out.display());
         println!("cargo:rustc-link-arg-bins=--nmagic");
         println!("cargo:rustc-link-arg-bins=-Tlink.x");
@@ -78,7 +81,10 @@ fn generate(path: &Path) -> Result<String, String> {
     put(w, "{\n");
     put(w, "use crate::config::{AxisConfig, AxisKind, Config};\n");
     put(w, "use crate::units::Steps;\n");
-    put(w, &format!("const _: () = assert!(crate::stepgen::SLOTS == {SLOTS});\n"));
+    put(
+        w,
+        &format!("const _: () = assert!(crate::stepgen::SLOTS == {SLOTS});\n"),
+    );
     put(w, "Config {\n");
     put(w, &format!("name: {:?},\n", string(&file, "name")?));
     put(w, "axes: [\n");
@@ -88,8 +94,14 @@ fn generate(path: &Path) -> Result<String, String> {
     }
     put(w, "],\n");
     put(w, &format!("servo_hz: {servo_hz},\n"));
-    put(w, &format!("pulse_slots: {},\n", slots("pulse_width_ns")?.max(1)));
-    put(w, &format!("dir_setup_slots: {},\n", slots("dir_setup_ns")?));
+    put(
+        w,
+        &format!("pulse_slots: {},\n", slots("pulse_width_ns")?.max(1)),
+    );
+    put(
+        w,
+        &format!("dir_setup_slots: {},\n", slots("dir_setup_ns")?),
+    );
     let mut offsets = [0; 5];
     for (offset, axis) in offsets.iter_mut().zip(axes) {
         if let Some(value) = axis.get("zero_offset") {
@@ -97,7 +109,13 @@ fn generate(path: &Path) -> Result<String, String> {
         }
     }
     put(w, &format!("zero_offset: {offsets:?},\n"));
-    put(w, &format!("default_feed: {},\n", single(number(&file, "default_feed")? / 60.0)));
+    put(
+        w,
+        &format!(
+            "default_feed: {},\n",
+            single(number(&file, "default_feed")? / 60.0)
+        ),
+    );
     let soft = match string(&file, "dynamics")?.as_str() {
         "soft" => true,
         "brisk" => false,
@@ -156,13 +174,18 @@ fn nano(value: f64) -> i64 {
 }
 
 fn number(table: &Table, key: &str) -> Result<f64, String> {
-    table.get(key).and_then(float).ok_or(format!("{key}: a number"))
+    table
+        .get(key)
+        .and_then(float)
+        .ok_or(format!("{key}: a number"))
 }
 
 fn integer(table: &Table, key: &str) -> Result<u64, String> {
     let value = table.get(key).and_then(Value::as_integer);
     let value = value.and_then(|n| u32::try_from(n).ok());
-    value.map(u64::from).ok_or(format!("{key}: an integer, not negative"))
+    value
+        .map(u64::from)
+        .ok_or(format!("{key}: an integer, not negative"))
 }
 
 fn string(table: &Table, key: &str) -> Result<String, String> {

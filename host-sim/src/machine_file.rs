@@ -3,6 +3,7 @@
 //! Every number is checked here, once, with the place in the file at the caret; behind this door the core
 //! may rely on its configuration.
 
+use std::cmp::Ordering;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -300,7 +301,8 @@ impl Reader<'_> {
             ));
         }
         let [low, high] = *raw.travel.get_ref();
-        if !(low < high) {
+        // A NaN is no travel either.
+        if low.partial_cmp(&high) != Some(Ordering::Less) {
             return Err(self.refuse(
                 raw.travel.span(),
                 "travel is empty",

@@ -94,8 +94,8 @@ impl TravelWatch {
 
     /// Takes the next tick in.
     pub fn tick(&mut self, tick: Tick, block: u32, commanded: &Position) {
-        for a in 0..AXES {
-            let bits = commanded[a].to_bits();
+        for (a, position) in commanded.iter().enumerate() {
+            let bits = position.to_bits();
             let [(low, low_units), (high, high_units)] = self.limits[a];
             let limit = if bits < low {
                 low_units

@@ -25,6 +25,7 @@ mod app {
     use pentaspline::board::usart::{ProgramOut, ProgramPort, Received};
     use pentaspline::board::{stack, stop, MACHINE};
     use pentaspline::machine::{Controller, Core, Event, Servo, State};
+    use pentaspline::protocol::RECEIVE_SIZE;
     use pentaspline::stepgen::StepFrame;
     use pentaspline::units::Tick;
     use pentaspline::{log_info, log_warn};
@@ -74,7 +75,14 @@ mod app {
         log_info!("{=str} on {=str}", MACHINE.name, env!("CARGO_PKG_VERSION"));
         let (controller, servo) = cx.local.core.split(&MACHINE);
         let (ring_in, ring_out) = cx.local.ring.split();
-        let Parts { timer, motion, watch, program, program_out, side } = hardware::start(cx.device, cx.local.storage);
+        let Parts {
+            timer,
+            motion,
+            watch,
+            program,
+            program_out,
+            side,
+        } = hardware::start(cx.device, cx.local.storage);
         let local = Local {
             controller,
             servo,
@@ -93,22 +101,34 @@ mod app {
     /// Feeds the core from the ring, lets it work, and sends what it says.
     #[idle(local = [controller, ring_out, program_out, side])]
     fn idle(cx: idle::Context) -> ! {
-        let idle::LocalResources { controller, ring_out, program_out, side, .. } = cx.local;
+        let idle::LocalResources {
+            controller,
+            ring_out,
+            program_out,
+            side,
+            ..
+        } = cx.local;
         let mut now: Tick = 0;
         let mut seen = servo_timer::ticks();
         let mut alarmed = false;
         loop {
             let ticks = servo_timer::ticks();
-            if side.clock_runs() {
+            if side.clock_runs(RECEIVE_SIZE - controller.receive_free()) {
                 now += Tick::from(ticks.wrapping_sub(seen));
             }
             seen = ticks;
 
-            if FAULT.compare_exchange(TRIPPED, TOLD, Ordering::Relaxed, Ordering::Relaxed).is_ok() {
+            if FAULT
+                .compare_exchange(TRIPPED, TOLD, Ordering::Relaxed, Ordering::Relaxed)
+                .is_ok()
+            {
                 controller.event(Event::Fault);
                 alarmed = false;
             }
-            if FAULT.compare_exchange(DYING, DEAD, Ordering::Relaxed, Ordering::Relaxed).is_ok() {
+            if FAULT
+                .compare_exchange(DYING, DEAD, Ordering::Relaxed, Ordering::Relaxed)
+                .is_ok()
+            {
                 controller.event(Event::Fault);
             }
             if FAULT.load(Ordering::Relaxed) == TOLD {
@@ -116,7 +136,12 @@ mod app {
                     State::Alarm => alarmed = true,
                     // Left the alarm by `~` or reset: drives on again, unless an input is still open.
                     _ if alarmed => {
-                        let _ = FAULT.compare_exchange(TOLD, CLEAR, Ordering::Relaxed, Ordering::Relaxed);
+                        let _ = FAULT.compare_exchange(
+                            TOLD,
+                            CLEAR,
+                            Ordering::Relaxed,
+                            Ordering::Relaxed,
+                        );
                     }
                     _ => {}
                 }
@@ -150,7 +175,13 @@ mod app {
 
     #[task(binds = TIM2, priority = 3, local = [timer, servo, motion, enabled: bool = false])]
     fn servo(cx: servo::Context) {
-        let servo::LocalResources { timer, servo, motion, enabled, .. } = cx.local;
+        let servo::LocalResources {
+            timer,
+            servo,
+            motion,
+            enabled,
+            ..
+        } = cx.local;
         timer.acknowledge();
         if motion.guard().is_some() {
             trip();
@@ -173,7 +204,9 @@ mod app {
 
     #[task(binds = USART1, priority = 2, local = [program, ring_in])]
     fn serial(cx: serial::Context) {
-        let serial::LocalResources { program, ring_in, .. } = cx.local;
+        let serial::LocalResources {
+            program, ring_in, ..
+        } = cx.local;
         while let Some(received) = program.receive() {
             let (byte, complete) = match received {
                 Received::Byte(byte) => (byte, true),

@@ -14,6 +14,7 @@ use super::servo_timer::{self, ServoTimer};
 use super::usart::{PolledPort, ProgramOut, ProgramPort, TX_BYTES};
 use super::{stack, trace};
 use crate::machine::Servo;
+use crate::protocol::LINE_MAX;
 use crate::stepgen::record::{self, FrameDigest, RECORD_MAX};
 use crate::stepgen::StepFrame;
 
@@ -193,9 +194,10 @@ impl SidePort {
         while servo_timer::ticks() == now && self.trace.is_empty() {}
     }
 
-    /// False until the host has said that the whole program is on its way.
+    /// False while the time-out of the planner must not run: the host has not sent the whole program, and
+    /// less than a line (`waiting` bytes) is here to work on, so it is the host that everybody waits for.
     #[must_use]
-    pub fn clock_runs(&self) -> bool {
-        self.released
+    pub fn clock_runs(&self, waiting: usize) -> bool {
+        self.released || waiting >= LINE_MAX
     }
 }

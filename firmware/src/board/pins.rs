@@ -54,7 +54,12 @@ impl Enables {
 }
 
 /// Sets every pin up. Drives are off, step and direction pins low.
-pub fn configure(a: GPIOA, b: GPIOB, c: GPIOC, rcc: &mut Rcc) -> (Guard<ErasedPin<Input>>, Enables) {
+pub fn configure(
+    a: GPIOA,
+    b: GPIOB,
+    c: GPIOC,
+    rcc: &mut Rcc,
+) -> (Guard<ErasedPin<Input>>, Enables) {
     let a = a.split(rcc);
     let b = b.split(rcc);
     let c = c.split(rcc);

@@ -13,7 +13,10 @@ pub const TIMER_HZ: u32 = 16_000_000;
 
 const SERVO_HZ: u32 = super::MACHINE.servo_hz;
 // A remainder would let the servo drift against the step port.
-const _: () = assert!(TIMER_HZ % SERVO_HZ == 0, "servo_hz must divide the timer clock");
+const _: () = assert!(
+    TIMER_HZ % SERVO_HZ == 0,
+    "servo_hz must divide the timer clock"
+);
 
 static TICKS: AtomicU32 = AtomicU32::new(0);
 

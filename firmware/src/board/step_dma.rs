@@ -21,7 +21,10 @@ const CHANNEL: u8 = 7;
 const TIMER_HZ: u32 = 168_000_000;
 const SLOT_HZ: u32 = super::MACHINE.servo_hz * SLOTS as u32;
 // Both timers must give the same tick to the last clock, or buffers would slip against the servo.
-const _: () = assert!(TIMER_HZ % SLOT_HZ == 0, "servo_hz * slots must divide 168 MHz");
+const _: () = assert!(
+    TIMER_HZ % SLOT_HZ == 0,
+    "servo_hz * slots must divide 168 MHz"
+);
 
 /// The servo has filled the buffer that plays next.
 static FILLED: AtomicBool = AtomicBool::new(true);
@@ -48,18 +51,35 @@ pub enum StepFault {
 }
 
 /// Starts the stream on two empty buffers. DMA2 and TIM8 have their clocks, port C is set up.
-pub fn start(dma: DMA2, timer: TIM8, buffers: &'static mut [PortWords; 2]) -> (StepPort, StepWatch) {
+pub fn start(
+    dma: DMA2,
+    timer: TIM8,
+    buffers: &'static mut [PortWords; 2],
+) -> (StepPort, StepWatch) {
     for buffer in buffers.iter_mut() {
         buffer.fill(0);
     }
     let stream = dma.st(STREAM);
     stream.cr().modify(|_, w| w.en().clear_bit());
     while stream.cr().read().en().bit_is_set() {}
-    dma.lifcr().write(|w| w.ctcif1().set_bit().chtif1().set_bit().cteif1().set_bit().cdmeif1().set_bit().cfeif1().set_bit());
+    dma.lifcr().write(|w| {
+        w.ctcif1()
+            .set_bit()
+            .chtif1()
+            .set_bit()
+            .cteif1()
+            .set_bit()
+            .cdmeif1()
+            .set_bit()
+            .cfeif1()
+            .set_bit()
+    });
     // SAFETY (of the address writes): the buffers are static, are SLOTS words long each, and lie in RAM
     // that DMA2 reaches; the register takes words of any value.
     unsafe {
-        stream.par().write(|w| w.bits((*GPIOC::ptr()).bsrr().as_ptr() as u32));
+        stream
+            .par()
+            .write(|w| w.bits((*GPIOC::ptr()).bsrr().as_ptr() as u32));
         stream.m0ar().write(|w| w.bits(buffers[0].as_ptr() as u32));
         stream.m1ar().write(|w| w.bits(buffers[1].as_ptr() as u32));
     }
@@ -68,14 +88,21 @@ pub fn start(dma: DMA2, timer: TIM8, buffers: &'static mut [PortWords; 2]) -> (S
     stream.cr().write(|w| {
         w.chsel().set(CHANNEL);
         w.pl().very_high().msize().bits32().psize().bits32();
-        w.minc().incremented().pinc().fixed().dir().memory_to_peripheral();
+        w.minc()
+            .incremented()
+            .pinc()
+            .fixed()
+            .dir()
+            .memory_to_peripheral();
         w.dbm().enabled().ct().memory0();
         w.tcie().enabled().teie().enabled().dmeie().enabled()
     });
     compiler_fence(Ordering::SeqCst);
     stream.cr().modify(|_, w| w.en().enabled());
     timer.psc().write(|w| w.psc().set(0));
-    timer.arr().write(|w| w.arr().set((TIMER_HZ / SLOT_HZ - 1) as u16));
+    timer
+        .arr()
+        .write(|w| w.arr().set((TIMER_HZ / SLOT_HZ - 1) as u16));
     timer.dier().write(|w| w.ude().set_bit());
     timer.cr1().write(|w| w.cen().set_bit());
     let port = StepPort {
@@ -107,7 +134,16 @@ impl StepWatch {
     /// [`StepFault`] if steps are lost.
     pub fn changed_over(&mut self) -> Result<(), StepFault> {
         let flags = self.dma.lisr().read();
-        self.dma.lifcr().write(|w| w.ctcif1().set_bit().chtif1().set_bit().cteif1().set_bit().cdmeif1().set_bit());
+        self.dma.lifcr().write(|w| {
+            w.ctcif1()
+                .set_bit()
+                .chtif1()
+                .set_bit()
+                .cteif1()
+                .set_bit()
+                .cdmeif1()
+                .set_bit()
+        });
         if flags.teif1().bit_is_set() || flags.dmeif1().bit_is_set() {
             return Err(StepFault::Transfer);
         }

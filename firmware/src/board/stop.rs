@@ -10,7 +10,9 @@ pub fn outputs_off() {
     // SAFETY: one store each. The set/reset register changes only the bits written to it; the step timer is
     // touched by nobody after its start.
     unsafe {
-        (*GPIOB::ptr()).bsrr().write(|w| w.bits(u32::from(super::pins::ENABLE_MASK) << 16));
+        (*GPIOB::ptr())
+            .bsrr()
+            .write(|w| w.bits(u32::from(super::pins::ENABLE_MASK) << 16));
         (*TIM8::ptr()).cr1().write(|w| w.cen().clear_bit());
     }
 }

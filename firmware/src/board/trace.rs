@@ -20,7 +20,8 @@ use crate::units::AXES;
 pub const VERSION: u8 = 1;
 
 /// Host to board: the whole program is on its way. Until this byte comes, the clock of the time-out that
-/// commits a window which is not full stands still, so that a slow host cannot change the plan.
+/// commits a window which is not full stands still while the board has no text to work on, so that a slow
+/// host cannot change the plan.
 pub const RELEASE: u8 = b'E';
 
 /// Host to board: report the deepest stack.
@@ -137,7 +138,9 @@ pub fn decode(bytes: &[u8]) -> Result<Option<(Packet<'_>, usize)>, UnknownTag> {
         return Ok(None);
     };
     let packet = match tag {
-        0..=0x1f => return Ok(record::decode(bytes).map(|(frame, len)| (Packet::Frame(frame), len))),
+        0..=0x1f => {
+            return Ok(record::decode(bytes).map(|(frame, len)| (Packet::Frame(frame), len)))
+        }
         HELLO_TAG => field(bytes, HELLO_LEN).map(|b| Packet::Hello {
             version: b[1],
             servo_hz: u32_at(b, 2),

@@ -22,8 +22,22 @@ pub const TX_BYTES: usize = 512;
 /// Switches a port on: 8N1 at [`BAUD`] if clocked with 84 MHz, receive interrupt if `listen`.
 fn start(port: &RegisterBlock, listen: bool) {
     // Oversampling by 16: the register is the clock divided by the rate (RM0090 30.3.4).
-    port.brr().write(|w| w.div_mantissa().set((CLOCK_HZ / BAUD >> 4) as u16).div_fraction().set((CLOCK_HZ / BAUD & 15) as u8));
-    port.cr1().write(|w| w.ue().set_bit().te().set_bit().re().set_bit().rxneie().bit(listen));
+    port.brr().write(|w| {
+        w.div_mantissa()
+            .set((CLOCK_HZ / BAUD >> 4) as u16)
+            .div_fraction()
+            .set((CLOCK_HZ / BAUD & 15) as u8)
+    });
+    port.cr1().write(|w| {
+        w.ue()
+            .set_bit()
+            .te()
+            .set_bit()
+            .re()
+            .set_bit()
+            .rxneie()
+            .bit(listen)
+    });
 }
 
 /// What a look at the receiver found.

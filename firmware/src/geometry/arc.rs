@@ -21,7 +21,7 @@ pub const FEED_TOLERANCE: f32 = 5.0e-5;
 pub const S_FRAC: u32 = 54;
 
 /// Longest segment in path units; longer ones are halved.
-const LENGTH_MAX: f32 = 400.0;
+const LENGTH_MAX: f32 = 250.0;
 
 /// Fractional bits of the coefficients of u(sigma); range +-256.
 pub const U_FRAC: u32 = 55;

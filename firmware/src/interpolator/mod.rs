@@ -4,7 +4,7 @@
 //! Additions, multiplications and shifts only; the work of a tick does not depend on the data
 //! beyond the number of joints it crosses.
 
-use crate::geometry::arc::{ServoSegment, Q, U_FRAC};
+use crate::geometry::arc::{ServoSegment, Q, S_FRAC, U_FRAC};
 use crate::units::AXES;
 
 /// `(a * b) >> 62`: product with a Q2.62 factor, rounded towards minus infinity.
@@ -56,7 +56,7 @@ pub enum PieceEnd {
 /// A stretch of constant jerk, whole ticks long.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Piece {
-    /// Jerk, path units per tick^3 in Q10.54.
+    /// Jerk, path units per tick^3, [`T_FRAC`] fractional bits.
     pub jerk: i64,
     /// Duration.
     pub ticks: u32,
@@ -68,40 +68,61 @@ pub struct Piece {
     pub generation: u32,
 }
 
-/// The state s(t): position, velocity and acceleration as backward differences per tick, Q10.54.
+/// Fractional bits of s(t) and its differences: 16 more than a path coordinate, so that a landing of
+/// thousands of ticks, whose rounding grows with their cube, still ends within 2^-32 step.
+pub const T_FRAC: u32 = S_FRAC + EXTRA;
+
+const EXTRA: u32 = 16;
+
+/// Path coordinate in Q10.54 as seen by s(t).
+#[must_use]
+pub fn widen(s: i64) -> i128 {
+    i128::from(s) << EXTRA
+}
+
+/// The state s(t): position, velocity and acceleration as backward differences per tick, [`T_FRAC`] fractional bits.
 ///
 /// One tick is `a += j; v += a; s += v`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PathState {
     /// Path coordinate within the current segment.
-    pub s: i64,
+    pub s: i128,
     /// Path units per tick.
-    pub v: i64,
+    pub v: i128,
     /// Path units per tick^2.
-    pub a: i64,
+    pub a: i128,
 }
 
 impl PathState {
     /// One tick at jerk `j`.
     #[inline]
     pub fn step(&mut self, j: i64) {
-        self.a += j;
+        self.a += i128::from(j);
         self.v += self.a;
         self.s += self.v;
     }
 
+    /// Path coordinate in Q10.54, the form [`position`] takes.
+    #[inline]
+    #[must_use]
+    pub fn coordinate(&self) -> i64 {
+        (self.s >> EXTRA) as i64
+    }
+
     /// `n` ticks at jerk `j` in closed form; the same integers as `n` times [`Self::step`].
-    /// `None` if a result leaves `i64`.
+    /// `None` if a result leaves `i128`.
     #[must_use]
     pub fn after(&self, j: i64, n: u32) -> Option<Self> {
-        let (s, v, a) = (i128::from(self.s), i128::from(self.v), i128::from(self.a));
         let (j, n) = (i128::from(j), i128::from(n));
         let n2 = n * (n + 1) / 2;
-        let n3 = n * (n + 1) * (n + 2) / 6;
+        let n3 = n2 * (n + 2) / 3;
+        let sum = |x: i128, terms: &[(i128, i128)]| {
+            terms.iter().try_fold(x, |sum, &(k, y)| sum.checked_add(k.checked_mul(y)?))
+        };
         Some(Self {
-            s: i64::try_from(s + n * v + n2 * a + n3 * j).ok()?,
-            v: i64::try_from(v + n * a + n2 * j).ok()?,
-            a: i64::try_from(a + n * j).ok()?,
+            s: sum(self.s, &[(n, self.v), (n2, self.a), (n3, j)])?,
+            v: sum(self.v, &[(n, self.a), (n2, j)])?,
+            a: sum(self.a, &[(n, j)])?,
         })
     }
 }

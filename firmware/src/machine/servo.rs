@@ -10,8 +10,8 @@ use heapless::spsc::Consumer;
 use super::shared::Shared;
 use super::Sample;
 use crate::config::Config;
-use crate::geometry::arc::{ServoSegment, S_FRAC};
-use crate::interpolator::{position, PathState, Piece, PieceEnd};
+use crate::geometry::arc::ServoSegment;
+use crate::interpolator::{position, widen, PathState, Piece, PieceEnd, T_FRAC};
 use crate::stepgen::{generator::emitted, StepFrame, StepGenerator};
 use crate::units::{Steps, AXES};
 
@@ -154,15 +154,15 @@ impl<'a> Servo<'a> {
     /// Moves to the segment the path coordinate lies in and evaluates it.
     fn follow(&mut self) -> [i64; AXES] {
         while let Some(segment) = self.segments.peek() {
-            if self.state.s < segment.length {
+            if self.state.coordinate() < segment.length {
                 self.block = segment.block;
-                return position(segment, self.state.s.max(0));
+                return position(segment, self.state.coordinate().max(0));
             }
             if self.segments.len() < 2 {
                 // The last segment known: its end is where the path ends.
                 return segment.end();
             }
-            self.state.s -= segment.length;
+            self.state.s -= widen(segment.length);
             self.segments.dequeue();
             self.sequence = self.sequence.wrapping_add(1);
         }
@@ -239,7 +239,7 @@ impl<'a> Servo<'a> {
     }
 
     fn feed(&self) -> f32 {
-        self.state.v as f32 * (self.hz / (1_u64 << S_FRAC) as f32)
+        self.state.v as f32 * (self.hz / (1_u128 << T_FRAC) as f32)
     }
 
     /// What the last tick did.

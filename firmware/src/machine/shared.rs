@@ -11,6 +11,20 @@ use crate::units::AXES;
 #[derive(Debug)]
 pub(crate) struct Wide([AtomicU32; 2]);
 
+/// A 128-bit value in four words.
+#[derive(Debug)]
+pub(crate) struct Wider([Wide; 2]);
+
+impl Wider {
+    pub(crate) fn store(&self, value: i128) {
+        self.0[0].store(value as i64);
+        self.0[1].store((value >> 64) as i64);
+    }
+    pub(crate) fn load(&self) -> i128 {
+        i128::from(self.0[1].load()) << 64 | i128::from(self.0[0].load() as u64)
+    }
+}
+
 impl Wide {
     const fn new() -> Self {
         Self([AtomicU32::new(0), AtomicU32::new(0)])
@@ -38,7 +52,7 @@ pub(crate) struct Shared {
     /// No piece is running.
     pub(crate) resting: AtomicBool,
     /// Path coordinate at rest.
-    pub(crate) rest_s: Wide,
+    pub(crate) rest_s: Wider,
     /// Commanded position at rest, Q32.32 steps.
     pub(crate) rest_position: [Wide; AXES],
     /// Steps emitted.
@@ -60,7 +74,7 @@ impl Shared {
             sequence: AtomicU32::new(0),
             generation: AtomicU32::new(0),
             resting: AtomicBool::new(true),
-            rest_s: Wide::new(),
+            rest_s: Wider([Wide::new(), Wide::new()]),
             rest_position: [const { Wide::new() }; AXES],
             emitted: [const { AtomicI32::new(0) }; AXES],
             feed: AtomicU32::new(0),

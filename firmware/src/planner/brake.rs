@@ -51,70 +51,75 @@ fn effect(n: f64, rest: f64) -> [f64; 3] {
 /// lengths given: three linear equations in three jerks, solved by Cramer's rule.
 ///
 /// Planning happens in `f32`; this one step needs more and uses software `f64`, a few hundred operations per stop.
-/// Rounding the jerks to integers leaves a residue of at most n^3/6 units of 2^-54.
+/// A second pass solves for the exact integer residue of the first; what is left is the rounding of three
+/// jerks, at most n^3/6 units of 2^-70.
 #[must_use]
-pub fn land(state: &PathState, distance: i64, ticks: [u32; 3]) -> Option<Phases> {
+pub fn land(state: &PathState, distance: i128, ticks: [u32; 3]) -> Option<Phases> {
     let n = ticks.map(f64::from);
-    let total = n[0] + n[1] + n[2];
-    let columns = [effect(n[0], n[1] + n[2]), effect(n[1], n[2]), effect(n[2], 0.0)];
-    let (v, a) = (state.v as f64, state.a as f64);
-    let right = [
-        -a,
-        -(v + total * a),
-        distance as f64 - (total * v + total * (total + 1.0) / 2.0 * a),
-    ];
-    let determinant = |c: [&[f64; 3]; 3]| {
-        c[0][0] * (c[1][1] * c[2][2] - c[2][1] * c[1][2])
-            - c[1][0] * (c[0][1] * c[2][2] - c[2][1] * c[0][2])
-            + c[2][0] * (c[0][1] * c[1][2] - c[1][1] * c[0][2])
-    };
-    let [x, y, z] = [&columns[0], &columns[1], &columns[2]];
-    let d = determinant([x, y, z]);
+    let [x, y, z] = [effect(n[0], n[1] + n[2]), effect(n[1], n[2]), effect(n[2], 0.0)];
+    let d = determinant(&x, &y, &z);
     if d == 0.0 {
         return None;
     }
-    let jerks = [
-        determinant([&right, y, z]) / d,
-        determinant([x, &right, z]) / d,
-        determinant([x, y, &right]) / d,
-    ];
-    Some([
-        (libm::round(jerks[0]) as i64, ticks[0]),
-        (libm::round(jerks[1]) as i64, ticks[1]),
-        (libm::round(jerks[2]) as i64, ticks[2]),
-    ])
+    let mut phases = [(0_i64, ticks[0]), (0, ticks[1]), (0, ticks[2])];
+    let target = state.s.checked_add(distance)?;
+    for _ in 0..2 {
+        let end = run(state, &phases)?;
+        let right = [-(end.a as f64), -(end.v as f64), target.checked_sub(end.s)? as f64];
+        phases[0].0 = phases[0].0.checked_add(round(determinant(&right, &y, &z) / d))?;
+        phases[1].0 = phases[1].0.checked_add(round(determinant(&x, &right, &z) / d))?;
+        phases[2].0 = phases[2].0.checked_add(round(determinant(&x, &y, &right) / d))?;
+    }
+    Some(phases)
+}
+
+fn determinant(x: &[f64; 3], y: &[f64; 3], z: &[f64; 3]) -> f64 {
+    x[0] * (y[1] * z[2] - z[1] * y[2]) - y[0] * (x[1] * z[2] - z[1] * x[2])
+        + z[0] * (x[1] * y[2] - y[1] * x[2])
+}
+
+fn round(x: f64) -> i64 {
+    libm::round(x) as i64
+}
+
+/// State after all phases, or `None` out of range.
+fn run(state: &PathState, phases: &Phases) -> Option<PathState> {
+    phases.iter().try_fold(*state, |state, &(j, n)| state.after(j, n))
 }
 
 /// Jerks that bring `state` to rest wherever that is: two equations, the middle phase coasts at constant deceleration.
 #[must_use]
 pub fn halt(state: &PathState, ticks: [u32; 3]) -> Option<Phases> {
     let n = ticks.map(f64::from);
-    let total = n[0] + n[1] + n[2];
     let (x, z) = (effect(n[0], n[1] + n[2]), effect(n[2], 0.0));
-    let (v, a) = (state.v as f64, state.a as f64);
-    let right = [-a, -(v + total * a)];
     let d = x[0] * z[1] - z[0] * x[1];
     if d == 0.0 {
         return None;
     }
-    let j1 = (right[0] * z[1] - z[0] * right[1]) / d;
-    let j3 = (x[0] * right[1] - right[0] * x[1]) / d;
-    Some([(libm::round(j1) as i64, ticks[0]), (0, ticks[1]), (libm::round(j3) as i64, ticks[2])])
+    let mut phases = [(0_i64, ticks[0]), (0, ticks[1]), (0, ticks[2])];
+    for _ in 0..2 {
+        let end = run(state, &phases)?;
+        let right = [-(end.a as f64), -(end.v as f64)];
+        phases[0].0 = phases[0].0.checked_add(round((right[0] * z[1] - z[0] * right[1]) / d))?;
+        phases[2].0 = phases[2].0.checked_add(round((x[0] * right[1] - right[0] * x[1]) / d))?;
+    }
+    Some(phases)
 }
 
 /// Rest-to-rest move over `distance` in four phases of `m`, `2 m`, `m` ticks: the time-optimal shape where only
 /// jerk binds. Returns the jerk: s_end = 2 m^3 j in this discrete form, exactly.
 #[must_use]
-pub fn hop(distance: i64, m: u32) -> i64 {
-    let m = f64::from(m);
-    libm::round(distance as f64 / (2.0 * m * m * m)) as i64
+pub fn hop(distance: i128, m: u32) -> i64 {
+    let divisor = 2 * i128::from(m).pow(3);
+    ((distance + divisor / 2) / divisor) as i64
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::interpolator::T_FRAC;
 
-    fn run(mut state: PathState, phases: &[(i64, u32)]) -> PathState {
+    fn tick_by_tick(mut state: PathState, phases: &[(i64, u32)]) -> PathState {
         for &(j, n) in phases {
             for _ in 0..n {
                 state.step(j);
@@ -127,18 +132,18 @@ mod tests {
     fn closed_form_steps_are_the_same_integers() {
         let start = PathState { s: 123, v: -77_777, a: 991 };
         for n in [0, 1, 2, 17, 400] {
-            assert_eq!(start.after(-13, n), Some(run(start, &[(-13, n)])));
+            assert_eq!(start.after(-13, n), Some(tick_by_tick(start, &[(-13, n)])));
         }
     }
 
     #[test]
     fn a_landing_ends_at_rest_on_the_point() {
-        let one = (1_i64 << 54) as f64;
+        let one = (1_i128 << T_FRAC) as f64;
         // 25 mm/s and -1000 mm/s^2 at 5 kHz.
-        let state = PathState { s: 0, v: (0.005 * one) as i64, a: (-4e-5 * one) as i64 };
+        let state = PathState { s: 0, v: (0.005 * one) as i128, a: (-4e-5 * one) as i128 };
         for ticks in [[150, 10, 180], [300, 1, 250], [40, 300, 60]] {
-            let distance = (0.7 * one) as i64;
-            let end = run(state, &land(&state, distance, ticks).unwrap());
+            let distance = (0.7 * one) as i128;
+            let end = tick_by_tick(state, &land(&state, distance, ticks).unwrap());
             let n = f64::from(ticks.iter().sum::<u32>());
             assert!((end.s - distance).abs() as f64 <= n * n * n / 6.0, "{end:?}");
             assert!((end.v.abs() as f64) <= n * n / 2.0 && (end.a.abs() as f64) <= n);
@@ -148,10 +153,10 @@ mod tests {
     #[test]
     fn a_hop_is_exact() {
         for m in [1_u32, 2, 9, 200] {
-            let distance = 2 * i64::from(m).pow(3) * 12_345;
+            let distance = 2 * i128::from(m).pow(3) * 12_345;
             let j = hop(distance, m);
             assert_eq!(j, 12_345);
-            let end = run(PathState::default(), &[(j, m), (-j, 2 * m), (j, m)]);
+            let end = tick_by_tick(PathState::default(), &[(j, m), (-j, 2 * m), (j, m)]);
             assert_eq!(end, PathState { s: distance, v: 0, a: 0 });
         }
     }

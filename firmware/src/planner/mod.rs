@@ -15,7 +15,7 @@ use heapless::spsc::Producer;
 
 use crate::config::Config;
 use crate::geometry::arc::{PathShape, ServoSegment, S_FRAC};
-use crate::interpolator::{PathState, Piece, PieceEnd};
+use crate::interpolator::{widen, PathState, Piece, PieceEnd};
 use crate::machine::shared::Shared;
 use crate::units::{Position, Steps};
 use limits::{joint, path_limits, JointCost, PathLimits};
@@ -314,8 +314,10 @@ impl<'a> Planner<'a> {
     }
 
     fn cross_joints(&mut self) {
-        while self.cursor + 1 < self.nodes.len() && self.state.s >= self.nodes.get(self.cursor).length_q {
-            self.state.s -= self.nodes.get(self.cursor).length_q;
+        while self.cursor + 1 < self.nodes.len()
+            && self.state.coordinate() >= self.nodes.get(self.cursor).length_q
+        {
+            self.state.s -= widen(self.nodes.get(self.cursor).length_q);
             self.cursor += 1;
         }
     }

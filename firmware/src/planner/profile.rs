@@ -7,8 +7,7 @@
 
 use super::brake::{brake, halt, hop, land, Phases};
 use super::nodes::Nodes;
-use crate::geometry::arc::S_FRAC;
-use crate::interpolator::PathState;
+use crate::interpolator::{widen, PathState, T_FRAC};
 
 /// Segments looked at ahead of the one being driven.
 pub const LOOK_AHEAD: usize = 128;
@@ -22,7 +21,7 @@ const PREDICTED: f32 = 0.97;
 /// Slack on velocity comparisons, relative.
 const SLACK: f32 = 1.0 + 2.0e-6;
 
-const UNIT: f32 = (1_u64 << S_FRAC) as f32;
+const UNIT: f32 = (1_u128 << T_FRAC) as f32;
 
 /// The window and the state at the end of what has been planned.
 pub struct View<'a> {
@@ -53,7 +52,7 @@ pub enum Decision {
 /// The nearest programmed stop ahead.
 struct StopAhead {
     index: usize,
-    distance_q: i64,
+    distance_q: i128,
     distance: f32,
     v: f32,
     a: f32,
@@ -72,7 +71,7 @@ struct Motion {
 
 impl View<'_> {
     fn motion(&self) -> Motion {
-        let left = self.nodes.get(self.cursor).length_q - self.state.s;
+        let left = widen(self.nodes.get(self.cursor).length_q) - self.state.s;
         Motion {
             node: self.cursor,
             left: left as f32 / UNIT,
@@ -104,7 +103,7 @@ impl View<'_> {
         };
         for index in self.cursor..self.end_of_window() {
             let node = self.nodes.get(index);
-            found.distance_q = found.distance_q.checked_add(node.length_q)?;
+            found.distance_q += widen(node.length_q);
             found.v = found.v.min(node.limits.v);
             found.a = found.a.min(node.limits.a);
             found.j = found.j.min(node.limits.j);
@@ -216,6 +215,7 @@ impl View<'_> {
         let time = ticks as f32 / self.hz;
         let high = limits.j.min((limits.a - start.a) / time);
         let low = (-limits.j).max((-limits.a - start.a) / time).min(high);
+        let low = self.least_jerk(start, low, high, time);
         let ok = |jerk: f32| {
             self.probe(start, jerk, ticks).is_some_and(|m| self.safe(m))
         };
@@ -224,7 +224,7 @@ impl View<'_> {
         } else {
             // Zero first: cruising must not dither.
             let (mut good, mut bad) =
-                if low <= 0.0 && high > 0.0 && ok(0.0) { (0.0, high) } else { (low, high.min(0.0).max(low)) };
+                if low <= 0.0 && high > 0.0 && ok(0.0) { (0.0, high) } else { (low, high) };
             for _ in 0..12 {
                 let middle = 0.5 * (good + bad);
                 if ok(middle) {
@@ -233,12 +233,35 @@ impl View<'_> {
                     bad = middle;
                 }
             }
-            // Where even the hardest braking is not provably safe, brake, but not past standstill.
-            let creep = 2.0 * (-start.v - start.a * time) / (time * time);
-            good.max(creep)
+            // Where even the hardest braking is not provably safe, brake.
+            good
         };
         let scale = UNIT / (self.hz * self.hz * self.hz);
         Decision::Go((jerk * scale) as i64, ticks)
+    }
+
+    /// The lowest jerk in `[low, high]` after which deceleration can still be let go before standstill:
+    /// `v >= a^2 / 2 j` while `a` is negative.
+    fn least_jerk(&self, start: Motion, low: f32, high: f32, time: f32) -> f32 {
+        let release = PREDICTED * self.nodes.get(self.cursor).limits.j;
+        let fine = |jerk: f32| {
+            let a = start.a + jerk * time;
+            let v = start.v + time * (start.a + 0.5 * jerk * time);
+            a >= 0.0 || v >= a * a / (2.0 * release)
+        };
+        if fine(low) {
+            return low;
+        }
+        let (mut bad, mut good) = (low, high);
+        for _ in 0..12 {
+            let middle = 0.5 * (bad + good);
+            if fine(middle) {
+                good = middle;
+            } else {
+                bad = middle;
+            }
+        }
+        good
     }
 
     fn try_hop(&self, stop: &StopAhead) -> Option<Phases> {
@@ -289,7 +312,7 @@ impl View<'_> {
         let jerk_scale = self.hz * self.hz * self.hz / UNIT;
         let mut state = self.state;
         let mut node = self.cursor;
-        let mut node_end = self.nodes.get(node).length_q;
+        let mut node_end = widen(self.nodes.get(node).length_q);
         for &(j, ticks) in phases {
             if (j as f32 * jerk_scale).abs() > stop.j * 1.001 {
                 return false;
@@ -303,13 +326,13 @@ impl View<'_> {
                 let a = next.a.abs() as f32 / UNIT * self.hz * self.hz;
                 let here = self.nodes.get(node).limits;
                 // The release phase may undershoot standstill by the rounding of f32 timing only.
-                if v > here.v * 1.0001 || a > here.a * 1.001 || next.v < -(1 << 20) {
+                if v > here.v * 1.0001 || a > here.a * 1.001 || next.v < -(1 << 36) {
                     return false;
                 }
                 while next.s > node_end && node < stop.index {
                     let exit = self.nodes.get(node).exit_v;
                     node += 1;
-                    node_end += self.nodes.get(node).length_q;
+                    node_end += widen(self.nodes.get(node).length_q);
                     let inside = self.nodes.get(node).limits;
                     let slowest = state.v.min(next.v) as f32 / UNIT * self.hz;
                     if slowest > exit.min(inside.v) * 1.0001 || a > inside.a * 1.001 {

@@ -244,7 +244,8 @@ mod tests {
                     };
                     direction[a] = Some(negative);
                     let last_edge = (low + first_at + gaps * pitch) >> 16;
-                    next_free[a] = (last_edge + u32::from(2 * PULSE)).saturating_sub(u32::from(SLOTS));
+                    next_free[a] =
+                        (last_edge + u32::from(2 * PULSE)).saturating_sub(u32::from(SLOTS));
                 }
                 frame
             })

@@ -61,7 +61,11 @@ impl Folder {
         let name = format!("pentaspline-{}-{count}", std::process::id());
         // The address of a socket has room for 107 bytes.
         let base = std::env::temp_dir();
-        let base = if base.as_os_str().len() > 60 { PathBuf::from("/tmp") } else { base };
+        let base = if base.as_os_str().len() > 60 {
+            PathBuf::from("/tmp")
+        } else {
+            base
+        };
         let path = base.join(name);
         fs::create_dir_all(&path)?;
         Ok(Self(path))
@@ -102,7 +106,15 @@ impl Board {
         let (program, trace) = (listen("program")?, listen("trace")?);
         let socket = |name: &str| format!("socket,id={name},path={}", path(name).display());
         let mut child = Command::new(EMULATOR)
-            .args(["-M", "netduinoplus2", "-nodefaults", "-display", "none", "-monitor", "none"])
+            .args([
+                "-M",
+                "netduinoplus2",
+                "-nodefaults",
+                "-display",
+                "none",
+                "-monitor",
+                "none",
+            ])
             .args(["-icount", ICOUNT, "-global", TIMER_CLOCK])
             .args(["-chardev", &socket("program"), "-serial", "chardev:program"])
             .args(["-chardev", &socket("trace"), "-serial", "chardev:trace"])
@@ -203,7 +215,11 @@ fn exited(child: &mut Child, folder: &Folder) -> Option<EmulateError> {
     })
 }
 
-fn accept(listener: &UnixListener, child: &mut Child, folder: &Folder) -> Result<Port, EmulateError> {
+fn accept(
+    listener: &UnixListener,
+    child: &mut Child,
+    folder: &Folder,
+) -> Result<Port, EmulateError> {
     let start = Instant::now();
     loop {
         match listener.accept() {

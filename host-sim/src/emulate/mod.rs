@@ -123,7 +123,11 @@ pub fn default_image() -> PathBuf {
 ///
 /// # Errors
 /// [`EmulateError`]; a program the controller refuses is a result, in [`Emulated::end`].
-pub fn emulate(program: &Program, options: &Options, observer: &mut dyn Observer) -> Result<Emulated, EmulateError> {
+pub fn emulate(
+    program: &Program,
+    options: &Options,
+    observer: &mut dyn Observer,
+) -> Result<Emulated, EmulateError> {
     let image = options.image.clone().unwrap_or_else(default_image);
     let mut session = Session {
         board: Board::start(&image)?,
@@ -205,7 +209,7 @@ impl Session<'_> {
             while let Some(bytes) = self.feeder.offer(usize::MAX) {
                 self.board.send(Line::Program, &bytes)?;
             }
-            if !released && self.feeder.is_done() {
+            if !released && self.feeder.is_sent() {
                 released = true;
                 self.board.send(Line::Trace, &[trace::RELEASE])?;
                 // Reports asked for before this say nothing about what comes after.
@@ -214,10 +218,11 @@ impl Session<'_> {
             }
             self.ask()?;
             self.listen()?;
-            if let Some(end) = self.end(released)? {
+            if let Some(end) = self.end()? {
                 return Ok(end);
             }
-            self.observer.progress(self.feeder.answered(), self.frames.ticks);
+            self.observer
+                .progress(self.feeder.answered(), self.frames.ticks);
             if self.started.elapsed() > self.options.deadline {
                 return Err(EmulateError::Deadline(self.options.deadline));
             }
@@ -232,7 +237,7 @@ impl Session<'_> {
     }
 
     /// The end, if this is it.
-    fn end(&mut self, released: bool) -> Result<Option<End>, EmulateError> {
+    fn end(&mut self) -> Result<Option<End>, EmulateError> {
         // Answers to questions asked before the last change may still be on their way.
         let fresh = self.reports > self.unanswered + 1;
         if self.frames.moving || !fresh {
@@ -240,7 +245,7 @@ impl Session<'_> {
         }
         let settled = self.reports >= SETTLED + self.unanswered;
         match self.state.as_str() {
-            "Idle" if released && self.ended_by.is_none() => Ok(Some(End::Finished)),
+            "Idle" if self.feeder.is_done() && self.ended_by.is_none() => Ok(Some(End::Finished)),
             "Idle" | "Alarm" if settled => Ok(self.ended_by.take()),
             "Hold" if self.ended_by.is_some() && settled => Ok(self.ended_by.take()),
             "Hold" if self.options.auto_start => {
@@ -384,7 +389,9 @@ impl Session<'_> {
                 }
                 Packet::Stack { deepest, size } => frames.stack = Some((deepest, size)),
                 Packet::Panic(text) => {
-                    return Err(EmulateError::Panicked(String::from_utf8_lossy(text).into_owned()));
+                    return Err(EmulateError::Panicked(
+                        String::from_utf8_lossy(text).into_owned(),
+                    ));
                 }
             }
         }
