@@ -68,7 +68,9 @@ impl Config {
         let scaled = i128::from(nano) * i128::from(self.axes[axis].steps_per_unit.to_bits());
         let unit = i128::from(NANO_PER_UNIT);
         let half = if scaled < 0 { -unit / 2 } else { unit / 2 };
-        i64::try_from((scaled + half) / unit).ok().map(Steps::from_bits)
+        i64::try_from((scaled + half) / unit)
+            .ok()
+            .map(Steps::from_bits)
     }
 
     /// Millimetres or degrees per step of `axis`.
@@ -130,7 +132,10 @@ pub(crate) mod tests {
             let exact = nano as f64 * config.axes[axis].steps_per_unit.to_num::<f64>() / 1e6;
             assert!((steps.to_num::<f64>() - exact).abs() < 3e-10 * (1.0 + exact.abs()));
         }
-        assert_eq!(config.steps_from_nano(0, 1_800_000), Some(Steps::from_num(1800)));
+        assert_eq!(
+            config.steps_from_nano(0, 1_800_000),
+            Some(Steps::from_num(1800))
+        );
         assert_eq!(config.steps_from_nano(0, i64::MAX), None);
     }
 }

@@ -30,13 +30,17 @@ pub fn peaks(config: &Config, run: &Run) -> Peaks {
         // The machine stands still before the first tick.
         let start = run.ticks.first().map_or(0, |_| 0);
         let at = |i: isize| -> i128 {
-            if i < 0 { start } else { i128::from(run.ticks[i as usize].commanded[axis]) }
+            if i < 0 {
+                start
+            } else {
+                i128::from(run.ticks[i as usize].commanded[axis])
+            }
         };
         for i in 0..run.ticks.len() as isize {
             let d1 = (at(i) - at(i - 1)) as f64 * scale * hz;
             let d2 = (at(i) - 2 * at(i - 1) + at(i - 2)) as f64 * scale * hz * hz;
-            let d3 = (at(i) - 3 * at(i - 1) + 3 * at(i - 2) - at(i - 3)) as f64
-                * scale * hz * hz * hz;
+            let d3 =
+                (at(i) - 3 * at(i - 1) + 3 * at(i - 2) - at(i - 3)) as f64 * scale * hz * hz * hz;
             peaks.v[axis] = peaks.v[axis].max(d1.abs() / f64::from(c.v_max));
             peaks.a[axis] = peaks.a[axis].max(d2.abs() / f64::from(c.a_max));
             let share = d3.abs() / f64::from(c.j_max);
@@ -57,7 +61,11 @@ pub fn peaks(config: &Config, run: &Run) -> Peaks {
 pub fn stays_within_limits(config: &Config, run: &Run, tolerance: f64) -> Result<(), String> {
     let peaks = peaks(config, run);
     for axis in 0..AXES {
-        for (name, share) in [("velocity", peaks.v), ("acceleration", peaks.a), ("jerk", peaks.j)] {
+        for (name, share) in [
+            ("velocity", peaks.v),
+            ("acceleration", peaks.a),
+            ("jerk", peaks.j),
+        ] {
             if share[axis] > 1.0 + tolerance {
                 let near = peaks.worst_tick;
                 return Err(format!(
@@ -80,7 +88,8 @@ pub fn emits_exactly_the_commanded_steps(run: &Run) -> Result<(), String> {
     for (i, tick) in run.ticks.iter().enumerate() {
         for axis in 0..AXES {
             let rounded = (i128::from(tick.commanded[axis]) + (1 << 31)).div_euclid(1 << 32);
-            if i128::from(tick.summed[axis]) != rounded || i128::from(tick.emitted[axis]) != rounded {
+            if i128::from(tick.summed[axis]) != rounded || i128::from(tick.emitted[axis]) != rounded
+            {
                 return Err(format!(
                     "tick {i} axis {axis}: commanded rounds to {rounded}, frames add up to {}, emitted says {}",
                     tick.summed[axis], tick.emitted[axis]
@@ -100,6 +109,9 @@ pub fn ends_exactly_on(run: &Run, target: &[i64; AXES]) -> Result<(), String> {
     if last.commanded == *target {
         Ok(())
     } else {
-        Err(format!("ends on {:?}, programmed {target:?}", last.commanded))
+        Err(format!(
+            "ends on {:?}, programmed {target:?}",
+            last.commanded
+        ))
     }
 }

@@ -206,7 +206,10 @@ impl ArcSplitter {
     /// Empty splitter.
     #[must_use]
     pub const fn new() -> Self {
-        Self { stack: heapless::Vec::new(), block: 0 }
+        Self {
+            stack: heapless::Vec::new(),
+            block: 0,
+        }
     }
 
     /// Forgets what is left.
@@ -224,7 +227,12 @@ impl ArcSplitter {
     ///
     /// # Errors
     /// [`ArcError::Range`] if a coordinate difference or slope exceeds 2^28 steps or is not finite.
-    pub fn push(&mut self, config: &Config, segment: &HermiteSegment, block: u32) -> Result<(), ArcError> {
+    pub fn push(
+        &mut self,
+        config: &Config,
+        segment: &HermiteSegment,
+        block: u32,
+    ) -> Result<(), ArcError> {
         const LIMIT: i64 = 1 << (28 + 32);
         let mut piece = Piece {
             start: segment.start.map(Steps::to_bits),
@@ -233,7 +241,9 @@ impl ArcSplitter {
             slope_end: [0; AXES],
         };
         for a in 0..AXES {
-            let delta = piece.end[a].checked_sub(piece.start[a]).ok_or(ArcError::Range)?;
+            let delta = piece.end[a]
+                .checked_sub(piece.start[a])
+                .ok_or(ArcError::Range)?;
             let scale = config.axes[a].steps_per_unit.to_num::<f32>();
             for (slope, out) in [
                 (segment.slope_start[a], &mut piece.slope_start[a]),
@@ -293,7 +303,10 @@ const SAMPLES: usize = 9;
 
 fn build(config: &Config, piece: &Piece, block: u32) -> Option<(ServoSegment, PathShape)> {
     let mut cubic = [[0_i64; 3]; AXES];
-    let mut curve = Curve { c: [[0.0; 3]; AXES], counts: [false; AXES] };
+    let mut curve = Curve {
+        c: [[0.0; 3]; AXES],
+        counts: [false; AXES],
+    };
     let mut straight = true;
     let mut any_linear = false;
     for a in 0..AXES {
@@ -322,8 +335,11 @@ fn build(config: &Config, piece: &Piece, block: u32) -> Option<(ServoSegment, Pa
         for a in 0..AXES {
             let delta = piece.end[a] - piece.start[a];
             cubic[a] = [delta, 0, 0];
-            curve.c[a] =
-                [delta as f32 * (config.units_per_step(a) * (1.0 / 4_294_967_296.0)), 0.0, 0.0];
+            curve.c[a] = [
+                delta as f32 * (config.units_per_step(a) * (1.0 / 4_294_967_296.0)),
+                0.0,
+                0.0,
+            ];
         }
     }
 
@@ -350,8 +366,15 @@ fn build(config: &Config, piece: &Piece, block: u32) -> Option<(ServoSegment, Pa
     let shift = (length_q as u64).leading_zeros() - 2;
     let normalised = (length_q as u64) << shift;
     let inverse = ((1_u128 << 124) / u128::from(normalised)).min(i64::MAX as u128) as i64;
-    let segment =
-        ServoSegment { block, length: length_q, shift, inverse, u, start: piece.start, cubic };
+    let segment = ServoSegment {
+        block,
+        length: length_q,
+        shift,
+        inverse,
+        u,
+        start: piece.start,
+        cubic,
+    };
     Some((segment, shape))
 }
 
@@ -400,7 +423,12 @@ fn shape_of(curve: &Curve, straight: bool, rotary_only: bool) -> Option<PathShap
     if straight {
         let mut bound = start;
         bound.first = bound.first.map(f32::abs);
-        return Some(PathShape { bound, start, end: start, rotary_only });
+        return Some(PathShape {
+            bound,
+            start,
+            end: start,
+            rotary_only,
+        });
     }
     let mut at = [start; SAMPLES];
     for (i, slot) in at.iter_mut().enumerate().skip(1) {
@@ -425,5 +453,10 @@ fn shape_of(curve: &Curve, straight: bool, rotary_only: bool) -> Option<PathShap
         second: pick(|d| &d.second),
         third: pick(|d| &d.third),
     };
-    Some(PathShape { bound, start, end: at[SAMPLES - 1], rotary_only })
+    Some(PathShape {
+        bound,
+        start,
+        end: at[SAMPLES - 1],
+        rotary_only,
+    })
 }

@@ -18,9 +18,9 @@ mod line;
 mod queue;
 pub mod segment;
 mod singular;
-pub mod travel;
 #[cfg(test)]
 mod tests;
+pub mod travel;
 
 pub use builder::SegmentBuilder;
 pub use error::{GeometryError, GeometryErrorKind};

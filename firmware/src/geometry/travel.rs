@@ -20,7 +20,9 @@ pub fn outside_travel(config: &Config, segment: &HermiteSegment) -> Option<usize
             return true;
         }
         let unit = config.units_per_step(a);
-        let Some(delta) = end.checked_sub(start) else { return true };
+        let Some(delta) = end.checked_sub(start) else {
+            return true;
+        };
         let delta = delta.to_num::<f32>() * unit;
         let (t0, t1) = (segment.slope_start[a], segment.slope_end[a]);
         // P'(u) = t0 + 2 b u + 3 c u^2
@@ -66,8 +68,17 @@ mod tests {
     fn a_bulge_between_good_end_points_is_seen() {
         let config = test_config();
         // u (1 - u) slopes: the curve 4 h u (1 - u) peaks at h.
-        for (h, bad) in [(499.0, false), (501.0, true), (-499.0, false), (-501.0, true)] {
-            assert_eq!(outside_travel(&config, &segment(0.0, 4.0 * h, -4.0 * h)).is_some(), bad, "{h}");
+        for (h, bad) in [
+            (499.0, false),
+            (501.0, true),
+            (-499.0, false),
+            (-501.0, true),
+        ] {
+            assert_eq!(
+                outside_travel(&config, &segment(0.0, 4.0 * h, -4.0 * h)).is_some(),
+                bad,
+                "{h}"
+            );
         }
         assert_eq!(outside_travel(&config, &segment(500.5, 0.0, 0.0)), Some(0));
         assert_eq!(outside_travel(&config, &segment(499.5, 499.5, 499.5)), None);

@@ -117,7 +117,9 @@ impl PathState {
         let n2 = n * (n + 1) / 2;
         let n3 = n2 * (n + 2) / 3;
         let sum = |x: i128, terms: &[(i128, i128)]| {
-            terms.iter().try_fold(x, |sum, &(k, y)| sum.checked_add(k.checked_mul(y)?))
+            terms
+                .iter()
+                .try_fold(x, |sum, &(k, y)| sum.checked_add(k.checked_mul(y)?))
         };
         Some(Self {
             s: sum(self.s, &[(n, self.v), (n2, self.a), (n3, j)])?,

@@ -93,7 +93,11 @@ impl<'a> Controller<'a> {
             shared,
             planner,
             splitter: ArcSplitter::new(),
-            order: SegmentOrder { feed: 0.0, exact_stop: false, soft: true },
+            order: SegmentOrder {
+                feed: 0.0,
+                exact_stop: false,
+                soft: true,
+            },
             splitting: 0,
             builder: SegmentBuilder::new(config, origin),
             interpreter: Interpreter::new(config),
@@ -313,8 +317,11 @@ impl<'a> Controller<'a> {
             );
             return true;
         }
-        self.order =
-            SegmentOrder { feed: next.feed, exact_stop: next.exact_stop, soft: next.soft };
+        self.order = SegmentOrder {
+            feed: next.feed,
+            exact_stop: next.exact_stop,
+            soft: next.soft,
+        };
         self.splitting = next.block;
         match self.splitter.push(self.config, &next.segment, next.block) {
             Ok(()) => self.path_end = next.segment.end,
@@ -325,7 +332,9 @@ impl<'a> Controller<'a> {
 
     /// Works on the command in front.
     fn command(&mut self, now: Tick) -> bool {
-        let Some(command) = self.commands.front().copied() else { return false };
+        let Some(command) = self.commands.front().copied() else {
+            return false;
+        };
         if let Command::Move(block) = &command {
             self.commands.pop_front();
             if let Err(error) = self.builder.push(self.config, block) {
@@ -404,11 +413,21 @@ impl<'a> Controller<'a> {
         });
         match result {
             Err(error) => {
-                self.refuse(error.line, error.column, error.kind.code(), format_args!("{}", error.kind));
+                self.refuse(
+                    error.line,
+                    error.column,
+                    error.kind.code(),
+                    format_args!("{}", error.kind),
+                );
             }
             Ok(()) if overflow => {
                 let number = self.interpreter.line_number();
-                self.refuse(number, 1, code::COMMANDS, format_args!("too many functions in one line"));
+                self.refuse(
+                    number,
+                    1,
+                    code::COMMANDS,
+                    format_args!("too many functions in one line"),
+                );
             }
             Ok(()) => self.answer_due = true,
         }
@@ -436,7 +455,9 @@ impl<'a> Controller<'a> {
     /// Refuses the line that led here. What was accepted before runs to its end; nothing after it moves until `~` or
     /// a reset.
     fn refuse(&mut self, line: u32, column: u16, code: u16, text: core::fmt::Arguments<'_>) {
-        self.say(format_args!("[MSG:error line {line} column {column}: {text}]\r\nerror:{code}\r\n"));
+        self.say(format_args!(
+            "[MSG:error line {line} column {column}: {text}]\r\nerror:{code}\r\n"
+        ));
         self.alarm = true;
         self.answer_due = false;
         self.commands.clear();
@@ -482,7 +503,8 @@ impl<'a> Controller<'a> {
                 self.planner.clear();
                 self.splitter.clear();
                 self.interpreter.reset(self.config);
-                let rest = core::array::from_fn(|a| Steps::from_bits(self.shared.rest_position[a].load()));
+                let rest =
+                    core::array::from_fn(|a| Steps::from_bits(self.shared.rest_position[a].load()));
                 self.take_position(rest);
                 self.reset = Reset::No;
                 self.banner_due = true;

@@ -71,7 +71,11 @@ impl Core {
     /// Empty core.
     #[must_use]
     pub const fn new() -> Self {
-        Self { segments: Queue::new(), pieces: Queue::new(), shared: Shared::new() }
+        Self {
+            segments: Queue::new(),
+            pieces: Queue::new(),
+            shared: Shared::new(),
+        }
     }
 
     /// Splits into the background half and the interrupt half.

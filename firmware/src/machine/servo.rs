@@ -170,7 +170,9 @@ impl<'a> Servo<'a> {
     }
 
     fn finish_run(&mut self, target: [i64; AXES]) -> [i64; AXES] {
-        let Run::Piece(piece) = self.run else { return target };
+        let Run::Piece(piece) = self.run else {
+            return target;
+        };
         match piece.end {
             PieceEnd::Continue => target,
             PieceEnd::StopHere => {
@@ -187,7 +189,9 @@ impl<'a> Servo<'a> {
                     }
                 }
                 while last.wrapping_sub(self.sequence) < u32::MAX / 2 {
-                    let Some(segment) = self.segments.dequeue() else { break };
+                    let Some(segment) = self.segments.dequeue() else {
+                        break;
+                    };
                     end = segment.end();
                     self.sequence = self.sequence.wrapping_add(1);
                 }

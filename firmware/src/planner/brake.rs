@@ -24,7 +24,10 @@ pub fn brake(v: f32, a: f32, to: f32, limit_a: f32, limit_j: f32) -> Brake {
         // Nothing left but to bring the acceleration to zero.
         let t = a.abs() / limit_j;
         let d = v * t + a * t * t / 2.0 - limit_j.copysign(a) * t * t * t / 6.0;
-        return Brake { time: [0.0, 0.0, t], distance: d.max(0.0) };
+        return Brake {
+            time: [0.0, 0.0, t],
+            distance: d.max(0.0),
+        };
     }
     let p = sqrt(limit_j * (v - to) + a * a / 2.0).min(limit_a.max(-a));
     let t1 = (a + p) / limit_j;
@@ -35,7 +38,10 @@ pub fn brake(v: f32, a: f32, to: f32, limit_a: f32, limit_j: f32) -> Brake {
     let d2 = t2 * (v1 - p * t2 / 2.0);
     let v2 = v1 - p * t2;
     let d3 = t3 * (v2 + t3 * (-p / 2.0 + limit_j * t3 / 6.0));
-    Brake { time: [t1, t2, t3], distance: d1 + d2 + d3 }
+    Brake {
+        time: [t1, t2, t3],
+        distance: d1 + d2 + d3,
+    }
 }
 
 /// Three jerks over whole ticks.
@@ -44,7 +50,11 @@ pub type Phases = [(i64, u32); 3];
 /// What one unit of jerk over `n` ticks, followed by `rest` ticks, adds to (a, v, s) at the end.
 fn effect(n: f64, rest: f64) -> [f64; 3] {
     let n2 = n * (n + 1.0) / 2.0;
-    [n, n2 + n * rest, n * (n + 1.0) * (n + 2.0) / 6.0 + rest * n2 + n * rest * (rest + 1.0) / 2.0]
+    [
+        n,
+        n2 + n * rest,
+        n * (n + 1.0) * (n + 2.0) / 6.0 + rest * n2 + n * rest * (rest + 1.0) / 2.0,
+    ]
 }
 
 /// Jerks that bring `state` to rest after exactly `distance` (same integer unit as `state.s`) with the phase
@@ -56,7 +66,11 @@ fn effect(n: f64, rest: f64) -> [f64; 3] {
 #[must_use]
 pub fn land(state: &PathState, distance: i128, ticks: [u32; 3]) -> Option<Phases> {
     let n = ticks.map(f64::from);
-    let [x, y, z] = [effect(n[0], n[1] + n[2]), effect(n[1], n[2]), effect(n[2], 0.0)];
+    let [x, y, z] = [
+        effect(n[0], n[1] + n[2]),
+        effect(n[1], n[2]),
+        effect(n[2], 0.0),
+    ];
     let d = determinant(&x, &y, &z);
     if d == 0.0 {
         return None;
@@ -65,10 +79,20 @@ pub fn land(state: &PathState, distance: i128, ticks: [u32; 3]) -> Option<Phases
     let target = state.s.checked_add(distance)?;
     for _ in 0..2 {
         let end = run(state, &phases)?;
-        let right = [-(end.a as f64), -(end.v as f64), target.checked_sub(end.s)? as f64];
-        phases[0].0 = phases[0].0.checked_add(round(determinant(&right, &y, &z) / d))?;
-        phases[1].0 = phases[1].0.checked_add(round(determinant(&x, &right, &z) / d))?;
-        phases[2].0 = phases[2].0.checked_add(round(determinant(&x, &y, &right) / d))?;
+        let right = [
+            -(end.a as f64),
+            -(end.v as f64),
+            target.checked_sub(end.s)? as f64,
+        ];
+        phases[0].0 = phases[0]
+            .0
+            .checked_add(round(determinant(&right, &y, &z) / d))?;
+        phases[1].0 = phases[1]
+            .0
+            .checked_add(round(determinant(&x, &right, &z) / d))?;
+        phases[2].0 = phases[2]
+            .0
+            .checked_add(round(determinant(&x, &y, &right) / d))?;
     }
     Some(phases)
 }
@@ -84,12 +108,15 @@ fn round(x: f64) -> i64 {
 
 /// State after all phases, or `None` out of range.
 fn run(state: &PathState, phases: &Phases) -> Option<PathState> {
-    phases.iter().try_fold(*state, |state, &(j, n)| state.after(j, n))
+    phases
+        .iter()
+        .try_fold(*state, |state, &(j, n)| state.after(j, n))
 }
 
-/// Jerks that bring `state` to rest wherever that is: two equations, the middle phase coasts at constant deceleration.
+/// Jerks that bring `state` to velocity `to` and zero acceleration, wherever that is: two equations, the middle
+/// phase keeps its deceleration.
 #[must_use]
-pub fn halt(state: &PathState, ticks: [u32; 3]) -> Option<Phases> {
+pub fn slow(state: &PathState, to: i128, ticks: [u32; 3]) -> Option<Phases> {
     let n = ticks.map(f64::from);
     let (x, z) = (effect(n[0], n[1] + n[2]), effect(n[2], 0.0));
     let d = x[0] * z[1] - z[0] * x[1];
@@ -99,9 +126,13 @@ pub fn halt(state: &PathState, ticks: [u32; 3]) -> Option<Phases> {
     let mut phases = [(0_i64, ticks[0]), (0, ticks[1]), (0, ticks[2])];
     for _ in 0..2 {
         let end = run(state, &phases)?;
-        let right = [-(end.a as f64), -(end.v as f64)];
-        phases[0].0 = phases[0].0.checked_add(round((right[0] * z[1] - z[0] * right[1]) / d))?;
-        phases[2].0 = phases[2].0.checked_add(round((x[0] * right[1] - right[0] * x[1]) / d))?;
+        let right = [-(end.a as f64), (to - end.v) as f64];
+        phases[0].0 = phases[0]
+            .0
+            .checked_add(round((right[0] * z[1] - z[0] * right[1]) / d))?;
+        phases[2].0 = phases[2]
+            .0
+            .checked_add(round((x[0] * right[1] - right[0] * x[1]) / d))?;
     }
     Some(phases)
 }
@@ -130,7 +161,11 @@ mod tests {
 
     #[test]
     fn closed_form_steps_are_the_same_integers() {
-        let start = PathState { s: 123, v: -77_777, a: 991 };
+        let start = PathState {
+            s: 123,
+            v: -77_777,
+            a: 991,
+        };
         for n in [0, 1, 2, 17, 400] {
             assert_eq!(start.after(-13, n), Some(tick_by_tick(start, &[(-13, n)])));
         }
@@ -140,12 +175,19 @@ mod tests {
     fn a_landing_ends_at_rest_on_the_point() {
         let one = (1_i128 << T_FRAC) as f64;
         // 25 mm/s and -1000 mm/s^2 at 5 kHz.
-        let state = PathState { s: 0, v: (0.005 * one) as i128, a: (-4e-5 * one) as i128 };
+        let state = PathState {
+            s: 0,
+            v: (0.005 * one) as i128,
+            a: (-4e-5 * one) as i128,
+        };
         for ticks in [[150, 10, 180], [300, 1, 250], [40, 300, 60]] {
             let distance = (0.7 * one) as i128;
             let end = tick_by_tick(state, &land(&state, distance, ticks).unwrap());
             let n = f64::from(ticks.iter().sum::<u32>());
-            assert!((end.s - distance).abs() as f64 <= n * n * n / 6.0, "{end:?}");
+            assert!(
+                (end.s - distance).abs() as f64 <= n * n * n / 6.0,
+                "{end:?}"
+            );
             assert!((end.v.abs() as f64) <= n * n / 2.0 && (end.a.abs() as f64) <= n);
         }
     }
@@ -157,26 +199,50 @@ mod tests {
             let j = hop(distance, m);
             assert_eq!(j, 12_345);
             let end = tick_by_tick(PathState::default(), &[(j, m), (-j, 2 * m), (j, m)]);
-            assert_eq!(end, PathState { s: distance, v: 0, a: 0 });
+            assert_eq!(
+                end,
+                PathState {
+                    s: distance,
+                    v: 0,
+                    a: 0
+                }
+            );
         }
     }
 
     /// The distance formula against plain numerical integration of the three phases (f64, 1 us steps).
     #[test]
     fn brake_distance_is_the_integral() {
-        for (v, a, to) in [(100.0, 0.0, 0.0), (30.0, 2000.0, 5.0), (30.0, -900.0, 0.0), (667.0, 10.0, 0.0), (10.0, -980.0, 0.0)] {
+        for (v, a, to) in [
+            (100.0, 0.0, 0.0),
+            (30.0, 2000.0, 5.0),
+            (30.0, -900.0, 0.0),
+            (667.0, 10.0, 0.0),
+            (10.0, -980.0, 0.0),
+        ] {
             let b = brake(v, a, to, 5000.0, 50_000.0);
             let (mut x, mut vel, mut acc) = (0.0_f64, f64::from(v), f64::from(a));
             let h = 1e-6;
-            for (t, j) in [(b.time[0], -50_000.0), (b.time[1], 0.0), (b.time[2], 50_000.0)] {
+            for (t, j) in [
+                (b.time[0], -50_000.0),
+                (b.time[1], 0.0),
+                (b.time[2], 50_000.0),
+            ] {
                 for _ in 0..(f64::from(t) / h).round() as usize {
                     x += vel * h + acc * h * h / 2.0;
                     vel += acc * h + j * h * h / 2.0;
                     acc += j * h;
                 }
             }
-            assert!((vel - f64::from(to)).abs() < 0.3, "v {v} a {a}: ends at {vel}");
-            assert!((x - f64::from(b.distance)).abs() < 1e-3 * x.abs() + 1e-3, "{x} {}", b.distance);
+            assert!(
+                (vel - f64::from(to)).abs() < 0.3,
+                "v {v} a {a}: ends at {vel}"
+            );
+            assert!(
+                (x - f64::from(b.distance)).abs() < 1e-3 * x.abs() + 1e-3,
+                "{x} {}",
+                b.distance
+            );
         }
     }
 }

@@ -64,7 +64,11 @@ pub fn path_limits(
     soft: bool,
     joints: &[JointCost; 2],
 ) -> PathLimits {
-    let PathDerivatives { first, second, third } = shape.bound;
+    let PathDerivatives {
+        first,
+        second,
+        third,
+    } = shape.bound;
     let mut v = feed;
     for a in 0..AXES {
         let axis = &config.axes[a];
@@ -75,7 +79,9 @@ pub fn path_limits(
             v = v.min(sqrt(CURVATURE_SHARE * axis.a_max / second[a]));
         }
         if third[a] > 0.0 {
-            v = v.min(libm::cbrtf(TORSION_SHARE * axis_jerk(config, a, soft) / third[a]));
+            v = v.min(libm::cbrtf(
+                TORSION_SHARE * axis_jerk(config, a, soft) / third[a],
+            ));
         }
     }
     let mut limit_a = f32::MAX;
@@ -98,7 +104,11 @@ pub fn path_limits(
             limit_j = limit_j.min((axis_jerk(config, a, soft) - taken) / first[a]);
         }
     }
-    PathLimits { v, a: limit_a, j: limit_j }
+    PathLimits {
+        v,
+        a: limit_a,
+        j: limit_j,
+    }
 }
 
 /// How fast the joint from `before` to `after` may be passed, given the velocity `v` both sides allow.
@@ -124,9 +134,16 @@ pub fn joint(
         // Positive root of step2 hz v^2 + step1 hz^2 v = jerk, in the form that does not cancel.
         let b = step1 * hz * hz;
         let root = sqrt(b * b + 4.0 * step2 * hz * jerk);
-        let smooth = if b + root > 0.0 { 2.0 * jerk / (b + root) } else { f32::MAX };
-        let corner =
-            if step1 > 0.0 { config.axes[a].corner_step / step1 } else { 0.0 };
+        let smooth = if b + root > 0.0 {
+            2.0 * jerk / (b + root)
+        } else {
+            f32::MAX
+        };
+        let corner = if step1 > 0.0 {
+            config.axes[a].corner_step / step1
+        } else {
+            0.0
+        };
         allowed = allowed.min(smooth.max(corner));
     }
     if allowed < STOP_SHARE * v {

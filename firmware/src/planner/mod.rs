@@ -114,8 +114,20 @@ impl<'a> Planner<'a> {
     }
 
     /// Takes the next segment of the path. The caller has checked [`Self::has_room`].
-    pub fn push(&mut self, config: &Config, segment: ServoSegment, shape: &PathShape, order: SegmentOrder) {
-        let alone = path_limits(config, shape, order.feed, order.soft, &[JointCost::default(); 2]);
+    pub fn push(
+        &mut self,
+        config: &Config,
+        segment: ServoSegment,
+        shape: &PathShape,
+        order: SegmentOrder,
+    ) {
+        let alone = path_limits(
+            config,
+            shape,
+            order.feed,
+            order.soft,
+            &[JointCost::default(); 2],
+        );
         let mut entry = JointCost::default();
         if let Some(before) = self.pending.take() {
             if before.order.exact_stop || before.shape.rotary_only != shape.rotary_only {
@@ -128,18 +140,36 @@ impl<'a> Planner<'a> {
                 self.complete(config, &before, joint.v, &joint.cost);
             }
         }
-        self.pending =
-            Some(Pending { length_q: segment.length, shape: *shape, order, v: alone.v, entry });
+        self.pending = Some(Pending {
+            length_q: segment.length,
+            shape: *shape,
+            order,
+            v: alone.v,
+            entry,
+        });
         self.end = Some(segment.end().map(Steps::from_bits));
         let queued = self.segments.enqueue(segment);
         debug_assert!(queued.is_ok(), "the caller checks has_room");
     }
 
     fn complete(&mut self, config: &Config, segment: &Pending, exit_v: f32, exit: &JointCost) {
-        let Pending { length_q, shape, order, entry, .. } = segment;
-        let limits: PathLimits = path_limits(config, shape, order.feed, order.soft, &[*entry, *exit]);
+        let Pending {
+            length_q,
+            shape,
+            order,
+            entry,
+            ..
+        } = segment;
+        let limits: PathLimits =
+            path_limits(config, shape, order.feed, order.soft, &[*entry, *exit]);
         let length = *length_q as f32 / (1_u64 << S_FRAC) as f32;
-        self.nodes.push(Node { length_q: *length_q, length, limits, exit_v, stop: exit_v <= 0.0 });
+        self.nodes.push(Node {
+            length_q: *length_q,
+            length,
+            limits,
+            exit_v,
+            stop: exit_v <= 0.0,
+        });
     }
 
     /// The path ends with the newest segment, for now.
@@ -226,7 +256,9 @@ impl<'a> Planner<'a> {
             return self.resynchronise();
         }
         let executed = self.shared.executed.load(Acquire);
-        if self.planned.wrapping_sub(executed) >= LEAD_TICKS || self.pieces.capacity() - self.pieces.len() < 3 {
+        if self.planned.wrapping_sub(executed) >= LEAD_TICKS
+            || self.pieces.capacity() - self.pieces.len() < 3
+        {
             return false;
         }
         if self.mode == Mode::Held || self.cursor >= self.nodes.len() {
@@ -247,7 +279,10 @@ impl<'a> Planner<'a> {
                 return false;
             }
             let (phases, distance) = view.halt();
-            if view.distance_to_stop().is_none_or(|stop| stop > 1.05 * distance) {
+            if view
+                .distance_to_stop()
+                .is_none_or(|stop| stop > 1.05 * distance)
+            {
                 self.emit(config, &phases, PieceEnd::StopHere);
                 self.mode = Mode::Held;
                 return true;
@@ -258,6 +293,7 @@ impl<'a> Planner<'a> {
         }
         match view.decide() {
             Decision::Go(jerk, ticks) => self.emit(config, &[(jerk, ticks)], PieceEnd::Continue),
+            Decision::Slow(phases) => self.emit(config, &phases, PieceEnd::Continue),
             Decision::Land { phases, stop } => {
                 let number = self.first.wrapping_add(stop as u32);
                 self.emit(config, &phases, PieceEnd::StopAfter(number));
@@ -275,7 +311,11 @@ impl<'a> Planner<'a> {
         self.planned = self.shared.executed.load(Acquire);
         let driven = self.shared.sequence.load(Acquire);
         self.cursor = driven.wrapping_sub(self.first) as usize;
-        self.state = PathState { s: self.shared.rest_s.load(), v: 0, a: 0 };
+        self.state = PathState {
+            s: self.shared.rest_s.load(),
+            v: 0,
+            a: 0,
+        };
         if self.mode == Mode::Holding {
             self.mode = Mode::Held;
         }
@@ -286,6 +326,9 @@ impl<'a> Planner<'a> {
     fn emit(&mut self, config: &Config, phases: &[(i64, u32)], end: PieceEnd) {
         for (i, &(jerk, ticks)) in phases.iter().enumerate() {
             let last = i + 1 == phases.len();
+            if ticks == 0 && !last {
+                continue;
+            }
             if let Some(next) = self.state.after(jerk, ticks) {
                 self.state = next;
             }
@@ -307,7 +350,13 @@ impl<'a> Planner<'a> {
                 }
             }
             self.planned = self.planned.wrapping_add(ticks);
-            let piece = Piece { jerk, ticks, end: piece_end, escape, generation: self.generation };
+            let piece = Piece {
+                jerk,
+                ticks,
+                end: piece_end,
+                escape,
+                generation: self.generation,
+            };
             let queued = self.pieces.enqueue(piece);
             debug_assert!(queued.is_ok(), "room was checked for a whole landing");
         }

@@ -23,7 +23,11 @@ pub struct Node {
 const EMPTY: Node = Node {
     length_q: 0,
     length: 0.0,
-    limits: PathLimits { v: 0.0, a: 0.0, j: 0.0 },
+    limits: PathLimits {
+        v: 0.0,
+        a: 0.0,
+        j: 0.0,
+    },
     exit_v: 0.0,
     stop: true,
 };
@@ -39,7 +43,11 @@ impl Nodes {
     /// Empty window.
     #[must_use]
     pub const fn new() -> Self {
-        Self { ring: [EMPTY; NODES], head: 0, len: 0 }
+        Self {
+            ring: [EMPTY; NODES],
+            head: 0,
+            len: 0,
+        }
     }
 
     /// Number of nodes.

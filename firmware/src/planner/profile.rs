@@ -1,11 +1,12 @@
 //! One decision: which jerk to run next, so that the motion stays safe.
 //!
 //! A state is safe if braking from it, with the limits of the segments ahead, meets every velocity limit
-//! ahead. Each decision takes the largest jerk whose outcome is safe, so motion is as fast as the limits
-//! allow while a stop always fits. Where a stop comes within reach, the rest of the way is solved exactly in
-//! whole ticks ([`super::brake::land`], [`super::brake::hop`]).
+//! ahead. While the motion may gain speed, a decision takes the largest jerk whose outcome is safe. When it may
+//! not, the current state is still safe, so a whole braking manoeuvre fits: it is solved in whole ticks and taken as
+//! one. Where a programmed stop comes within reach, the rest of the way is solved to end exactly on it
+//! ([`super::brake::land`], [`super::brake::hop`]).
 
-use super::brake::{brake, halt, hop, land, Phases};
+use super::brake::{brake, hop, land, slow, Phases};
 use super::nodes::Nodes;
 use crate::interpolator::{widen, PathState, T_FRAC};
 
@@ -40,6 +41,8 @@ pub struct View<'a> {
 pub enum Decision {
     /// One greedy piece: jerk, ticks.
     Go(i64, u32),
+    /// Three pieces down to a lower velocity at zero acceleration.
+    Slow(Phases),
     /// Three pieces to rest at the end of node `stop`.
     Land {
         /// The pieces.
@@ -132,18 +135,25 @@ impl View<'_> {
             let peak = at.v + rising * rising / (2.0 * j);
             let next = self.nodes.get(index + 1);
             let open = node.stop || index + 1 == self.end_of_window();
-            let cap = if open { 0.0 } else { node.exit_v.min(next.limits.v) };
-            if cap < peak && brake(at.v, at.a, cap, a, j).distance > distance {
-                return false;
+            let cap = if open {
+                0.0
+            } else {
+                node.exit_v.min(next.limits.v)
+            };
+            if cap < peak {
+                // Braking ends with zero acceleration, so the next segment may allow as little as it likes.
+                if brake(at.v, at.a, cap, a, j).distance > distance {
+                    return false;
+                }
+            } else if next.limits.a < at.a.abs() {
+                let t = (at.a.abs() - next.limits.a) / j;
+                let covered = t * (at.v + t * (at.a / 2.0 - j.copysign(at.a) * t / 6.0));
+                if covered > distance {
+                    return false;
+                }
             }
             if open {
                 break;
-            }
-            if next.limits.a < at.a.abs() {
-                let time = (at.a.abs() - next.limits.a) / j;
-                if time * peak > distance {
-                    return false;
-                }
             }
             if cap > 0.0 && brake(at.v, at.a, 0.0, a, j).distance <= distance {
                 break;
@@ -195,7 +205,10 @@ impl View<'_> {
                 self.try_land(stop)
             };
             if let Some(phases) = decision {
-                return Decision::Land { phases, stop: stop.index };
+                return Decision::Land {
+                    phases,
+                    stop: stop.index,
+                };
             }
         }
         self.greedy(stop.as_ref())
@@ -204,27 +217,26 @@ impl View<'_> {
     fn greedy(&self, stop: Option<&StopAhead>) -> Decision {
         let start = self.motion();
         let limits = self.nodes.get(self.cursor).limits;
-        let ticks = match stop {
-            Some(stop) => {
-                // A rest-to-rest move over this distance takes about 4 cbrt(D / 2 J).
-                let time = 4.0 * libm::cbrtf(stop.distance.max(0.0) / (2.0 * stop.j));
-                ((time * self.hz / 24.0) as u32).clamp(1, TICKS_MAX)
-            }
-            None => TICKS_MAX,
-        };
+        // Short against the time the acceleration takes to build up, here and in the next segment.
+        let next = self.nodes.get(self.cursor + 1).limits;
+        let mut scale = limits.a / limits.j;
+        if next.j > 0.0 {
+            scale = scale.min(next.a / next.j);
+        }
+        if let Some(stop) = stop {
+            // A rest-to-rest move over this distance takes about 4 cbrt(D / 2 J).
+            scale = scale.min(libm::cbrtf(stop.distance.max(0.0) / (2.0 * stop.j)));
+        }
+        let ticks = ((scale * self.hz * 0.125) as u32).clamp(1, TICKS_MAX);
         let time = ticks as f32 / self.hz;
         let high = limits.j.min((limits.a - start.a) / time);
-        let low = (-limits.j).max((-limits.a - start.a) / time).min(high);
-        let low = self.least_jerk(start, low, high, time);
-        let ok = |jerk: f32| {
-            self.probe(start, jerk, ticks).is_some_and(|m| self.safe(m))
-        };
-        let jerk = if ok(high) {
+        // The least jerk worth trying: keeps the velocity, or releases the acceleration.
+        let low = (-limits.j).max(-start.a / time);
+        let ok = |jerk: f32| self.probe(start, jerk, ticks).is_some_and(|m| self.safe(m));
+        let jerk = if high >= low && ok(high) {
             high
-        } else {
-            // Zero first: cruising must not dither.
-            let (mut good, mut bad) =
-                if low <= 0.0 && high > 0.0 && ok(0.0) { (0.0, high) } else { (low, high) };
+        } else if high >= low && start.a >= 0.0 && ok(low) {
+            let (mut good, mut bad) = (low, high);
             for _ in 0..12 {
                 let middle = 0.5 * (good + bad);
                 if ok(middle) {
@@ -233,35 +245,71 @@ impl View<'_> {
                     bad = middle;
                 }
             }
-            // Where even the hardest braking is not provably safe, brake.
             good
+        } else {
+            return Decision::Slow(self.slow_down());
         };
         let scale = UNIT / (self.hz * self.hz * self.hz);
         Decision::Go((jerk * scale) as i64, ticks)
     }
 
-    /// The lowest jerk in `[low, high]` after which deceleration can still be let go before standstill:
-    /// `v >= a^2 / 2 j` while `a` is negative.
-    fn least_jerk(&self, start: Motion, low: f32, high: f32, time: f32) -> f32 {
-        let release = PREDICTED * self.nodes.get(self.cursor).limits.j;
-        let fine = |jerk: f32| {
-            let a = start.a + jerk * time;
-            let v = start.v + time * (start.a + 0.5 * jerk * time);
-            a >= 0.0 || v >= a * a / (2.0 * release)
-        };
-        if fine(low) {
-            return low;
+    /// The braking manoeuvre that keeps the motion safe: to the nearest velocity limit ahead from which
+    /// everything behind it is still met, or, always possible, to rest.
+    fn slow_down(&self) -> Phases {
+        let at = self.motion();
+        let here = self.nodes.get(at.node).limits;
+        let (mut limit_a, mut limit_j) = (here.a, here.j);
+        let rising = at.a.max(0.0);
+        let peak = at.v + rising * rising / (2.0 * limit_j);
+        // Releasing the acceleration is the mildest manoeuvre.
+        if let Some(phases) = self.manoeuvre(&at, peak.min(here.v), limit_a, limit_j) {
+            return phases;
         }
-        let (mut bad, mut good) = (low, high);
-        for _ in 0..12 {
-            let middle = 0.5 * (bad + good);
-            if fine(middle) {
-                good = middle;
-            } else {
-                bad = middle;
+        let mut distance = at.left;
+        for index in at.node..self.end_of_window() {
+            let node = self.nodes.get(index);
+            let next = self.nodes.get(index + 1);
+            let cap = node.exit_v.min(next.limits.v);
+            if node.stop {
+                break;
             }
+            if cap < peak {
+                if let Some(phases) = self.manoeuvre(&at, cap, limit_a, limit_j) {
+                    return phases;
+                }
+            }
+            if brake(at.v, at.a, 0.0, limit_a, limit_j).distance < distance {
+                break;
+            }
+            distance += next.length;
+            limit_a = limit_a.min(next.limits.a);
+            limit_j = limit_j.min(next.limits.j);
         }
-        good
+        self.halt().0
+    }
+
+    /// Down to `to` and zero acceleration, if that keeps every limit on the way and ends safe.
+    fn manoeuvre(&self, at: &Motion, to: f32, limit_a: f32, limit_j: f32) -> Option<Phases> {
+        let time = brake(at.v, at.a, to, limit_a, limit_j).time;
+        let ticks = time.map(|t| libm::ceilf(t * self.hz) as u32);
+        let ticks = [ticks[0], ticks[1], ticks[2].max(1)];
+        let target = (to / self.hz * UNIT) as i128;
+        let phases = if ticks[0] == 0 {
+            // Only the release is left; where that leads is given.
+            let a = self.state.a;
+            let n = i128::from(ticks[2]);
+            [(0, 0), (0, 0), (i64::try_from(-a / n).ok()?, ticks[2])]
+        } else {
+            slow(&self.state, target, ticks)?
+        };
+        let (end, node) = self.follow(&phases, self.end_of_window() - 1)?;
+        let view = View {
+            nodes: self.nodes,
+            cursor: node,
+            state: end,
+            hz: self.hz,
+        };
+        view.safe(view.motion()).then_some(phases)
     }
 
     fn try_hop(&self, stop: &StopAhead) -> Option<Phases> {
@@ -295,10 +343,18 @@ impl View<'_> {
         }
         let time = reach(high).time;
         let whole = time.map(|t| (libm::roundf(t * self.hz) as u32).max(1));
-        for [x, y, z] in [[0, 0, 0], [0, 1, 0], [1, 0, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [2, 1, 2]] {
+        for [x, y, z] in [
+            [0, 0, 0],
+            [0, 1, 0],
+            [1, 0, 0],
+            [0, 0, 1],
+            [1, 0, 1],
+            [1, 1, 1],
+            [2, 1, 2],
+        ] {
             let ticks = [whole[0] + x, whole[1] + y, whole[2] + z];
             if let Some(phases) = land(&self.state, stop.distance_q, ticks) {
-                if self.within(&phases, stop) {
+                if self.follow(&phases, stop.index).is_some() {
                     return Some(phases);
                 }
             }
@@ -306,43 +362,48 @@ impl View<'_> {
         None
     }
 
-    /// Whether a landing keeps every limit between here and its stop.
-    fn within(&self, phases: &Phases, stop: &StopAhead) -> bool {
+    /// Runs `phases`; the state at their end and the node it lies in, or `None` if a limit breaks on the way.
+    /// Does not go beyond node `last`.
+    fn follow(&self, phases: &Phases, last: usize) -> Option<(PathState, usize)> {
         const CHUNK: u32 = 8;
         let jerk_scale = self.hz * self.hz * self.hz / UNIT;
         let mut state = self.state;
         let mut node = self.cursor;
-        let mut node_end = widen(self.nodes.get(node).length_q);
         for &(j, ticks) in phases {
-            if (j as f32 * jerk_scale).abs() > stop.j * 1.001 {
-                return false;
+            let jerk = (j as f32 * jerk_scale).abs();
+            if ticks > 0 && jerk > self.nodes.get(node).limits.j * 1.001 {
+                return None;
             }
             let mut left = ticks;
             while left > 0 {
                 let n = left.min(CHUNK);
                 left -= n;
-                let Some(next) = state.after(j, n) else { return false };
+                let mut next = state.after(j, n)?;
                 let v = state.v.max(next.v) as f32 / UNIT * self.hz;
+                let slowest = state.v.min(next.v) as f32 / UNIT * self.hz;
                 let a = next.a.abs() as f32 / UNIT * self.hz * self.hz;
                 let here = self.nodes.get(node).limits;
                 // The release phase may undershoot standstill by the rounding of f32 timing only.
                 if v > here.v * 1.0001 || a > here.a * 1.001 || next.v < -(1 << 36) {
-                    return false;
+                    return None;
                 }
-                while next.s > node_end && node < stop.index {
+                while node < last && next.coordinate() > self.nodes.get(node).length_q {
                     let exit = self.nodes.get(node).exit_v;
+                    next.s -= widen(self.nodes.get(node).length_q);
                     node += 1;
-                    node_end += widen(self.nodes.get(node).length_q);
                     let inside = self.nodes.get(node).limits;
-                    let slowest = state.v.min(next.v) as f32 / UNIT * self.hz;
-                    if slowest > exit.min(inside.v) * 1.0001 || a > inside.a * 1.001 {
-                        return false;
+                    if self.nodes.get(node - 1).stop
+                        || slowest > exit.min(inside.v) * 1.0001
+                        || a > inside.a * 1.001
+                        || jerk > inside.j * 1.001
+                    {
+                        return None;
                     }
                 }
                 state = next;
             }
         }
-        true
+        Some((state, node))
     }
 
     /// Phases that come to rest on the path as soon as the limits allow. Also returns the distance that takes.
@@ -366,7 +427,7 @@ impl View<'_> {
         }
         let ticks = b.time.map(|t| libm::ceilf(t * self.hz) as u32);
         let ticks = [ticks[0].max(1), ticks[1], ticks[2].max(1)];
-        let phases = halt(&self.state, ticks).unwrap_or([(0, 0); 3]);
+        let phases = slow(&self.state, 0, ticks).unwrap_or([(0, 0); 3]);
         (phases, b.distance)
     }
 

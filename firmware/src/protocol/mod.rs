@@ -63,7 +63,11 @@ impl Wire {
     /// Empty buffers.
     #[must_use]
     pub const fn new() -> Self {
-        Self { receive: Deque::new(), lines: 0, transmit: Deque::new() }
+        Self {
+            receive: Deque::new(),
+            lines: 0,
+            transmit: Deque::new(),
+        }
     }
 
     /// Bytes the receive buffer can still take.
@@ -137,7 +141,9 @@ impl Wire {
 impl core::fmt::Write for Wire {
     fn write_str(&mut self, text: &str) -> core::fmt::Result {
         for &byte in text.as_bytes() {
-            self.transmit.push_back(byte).map_err(|_| core::fmt::Error)?;
+            self.transmit
+                .push_back(byte)
+                .map_err(|_| core::fmt::Error)?;
         }
         Ok(())
     }

@@ -51,7 +51,11 @@ pub fn status(out: &mut impl Write, config: &Config, status: &Status) -> fmt::Re
     write!(out, "<{name}|MPos:")?;
     for (a, &steps) in status.emitted.iter().enumerate() {
         let unit = i128::from(config.axes[a].steps_per_unit.to_bits());
-        let thousandths = if unit == 0 { 0 } else { (i128::from(steps) << 32) * 1000 / unit };
+        let thousandths = if unit == 0 {
+            0
+        } else {
+            (i128::from(steps) << 32) * 1000 / unit
+        };
         let comma = if a > 0 { "," } else { "" };
         write!(out, "{comma}{}", Thousandths(thousandths as i64))?;
     }
@@ -62,7 +66,11 @@ pub fn status(out: &mut impl Write, config: &Config, status: &Status) -> fmt::Re
     )?;
     for (a, &offset) in config.zero_offset.iter().enumerate() {
         let comma = if a > 0 { "," } else { "" };
-        write!(out, "{comma}{}", Thousandths(offset / (NANO_PER_UNIT / 1000)))?;
+        write!(
+            out,
+            "{comma}{}",
+            Thousandths(offset / (NANO_PER_UNIT / 1000))
+        )?;
     }
     out.write_str(">\r\n")
 }
@@ -71,8 +79,18 @@ pub fn status(out: &mut impl Write, config: &Config, status: &Status) -> fmt::Re
 ///
 /// # Errors
 /// If `out` is full.
-pub fn identity(out: &mut impl Write, config: &Config, planner: usize, receive: usize) -> fmt::Result {
-    write!(out, "[VER:1.1h.{}:Pentaspline {}]\r\n", env!("CARGO_PKG_VERSION"), config.name)?;
+pub fn identity(
+    out: &mut impl Write,
+    config: &Config,
+    planner: usize,
+    receive: usize,
+) -> fmt::Result {
+    write!(
+        out,
+        "[VER:1.1h.{}:Pentaspline {}]\r\n",
+        env!("CARGO_PKG_VERSION"),
+        config.name
+    )?;
     write!(out, "[OPT:V,{planner},{receive}]\r\n[AXS:{AXES}:")?;
     for axis in &config.axes {
         out.write_char(char::from(axis.letter))?;

@@ -32,7 +32,11 @@ impl StepGenerator {
     #[must_use]
     pub fn new(position: [i64; AXES], pulse_slots: u16, dir_setup_slots: u16) -> Self {
         let turn_slots = 2 * u32::from(pulse_slots) + u32::from(dir_setup_slots);
-        Self { position, negative: [false; AXES], turn_slots: turn_slots.min(u32::from(SLOTS) / 2) }
+        Self {
+            position,
+            negative: [false; AXES],
+            turn_slots: turn_slots.min(u32::from(SLOTS) / 2),
+        }
     }
 
     /// Last position taken.
@@ -61,7 +65,11 @@ impl StepGenerator {
         let negative = steps < 0;
         let fraction = from & 0xffff_ffff;
         // Distance to the first crossing and distance covered, Q32 steps.
-        let first = if negative { fraction } else { (1 << 32) - fraction } as u64;
+        let first = if negative {
+            fraction
+        } else {
+            (1 << 32) - fraction
+        } as u64;
         let span = to.abs_diff(from);
         // 1 / span with a 16-bit mantissa, rounded down so that no edge is pushed out of the tick.
         let zeros = span.leading_zeros();
@@ -75,7 +83,11 @@ impl StepGenerator {
             count: steps.unsigned_abs() as u16,
             negative,
             first: to_slots(first).saturating_sub(1),
-            pitch: if steps.unsigned_abs() > 1 { to_slots(1 << 32) } else { 0 },
+            pitch: if steps.unsigned_abs() > 1 {
+                to_slots(1 << 32)
+            } else {
+                0
+            },
         };
         if negative != self.negative[axis] {
             self.negative[axis] = negative;

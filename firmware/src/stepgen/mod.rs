@@ -5,5 +5,5 @@ pub mod generator;
 pub mod port;
 pub mod record;
 
-pub use generator::StepGenerator;
 pub use frame::{AxisSteps, StepFrame, SLOTS};
+pub use generator::StepGenerator;
