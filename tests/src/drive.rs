@@ -1,11 +1,16 @@
 //! Runs program text through the core the way a sender and a servo clock would.
+//!
+//! [`Rig`] is the core on a bench: bytes in, ticks, bytes out, everything recorded. [`drive`] plays a whole
+//! [`Script`] on it.
 
 use std::collections::VecDeque;
 
 use pentaspline::config::Config;
-use pentaspline::machine::{Core, Event, State};
+use pentaspline::machine::{Controller, Core, Event, Servo, State};
 use pentaspline::stepgen::record::FrameDigest;
 use pentaspline::units::AXES;
+
+use crate::rng::Rng;
 
 /// One servo tick as recorded.
 #[derive(Clone, Copy, Debug)]
@@ -43,16 +48,44 @@ impl Run {
     pub fn end(&self) -> [i32; AXES] {
         self.ticks.last().map_or([0; AXES], |t| t.emitted)
     }
+
+    /// Lines of the controller that are neither empty nor `ok`.
+    pub fn remarks(&self) -> impl Iterator<Item = &str> {
+        let lines = self.output.lines().map(str::trim);
+        lines.filter(|line| !line.is_empty() && *line != "ok")
+    }
+
+    /// Ticks in motion.
+    #[must_use]
+    pub fn moving(&self) -> usize {
+        self.ticks.iter().filter(|tick| tick.moving).count()
+    }
+}
+
+/// How text reaches the controller. No sender writes more than the receive buffer takes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Sender {
+    /// As fast as the buffer takes it.
+    Full,
+    /// Bursts of 1..=`bytes` bytes, 0..=`gap` ticks apart, drawn from `seed`.
+    Bursts {
+        /// Seed.
+        seed: u64,
+        /// Longest burst.
+        bytes: u64,
+        /// Longest pause.
+        gap: u64,
+    },
 }
 
 /// How to drive.
 pub struct Script<'a> {
     /// Program text, lines end in `\n`.
     pub text: &'a str,
-    /// Events at exact ticks, in order.
+    /// Events at exact ticks, in order. A reset ends the text.
     pub events: Vec<(u64, Event)>,
-    /// Ticks between two bytes the sender offers (0: as fast as the buffer takes them).
-    pub byte_every: u64,
+    /// Sender.
+    pub sender: Sender,
     /// Give up after this many ticks.
     pub limit: u64,
     /// `M0` does not wait.
@@ -68,75 +101,177 @@ impl<'a> Script<'a> {
         Self {
             text,
             events: Vec::new(),
-            byte_every: 0,
-            limit: 2_000_000,
+            sender: Sender::Full,
+            limit: 4_000_000,
             auto_start: true,
             poll_every: 1,
         }
+    }
+
+    /// The same with events.
+    #[must_use]
+    pub fn with_events(text: &'a str, events: Vec<(u64, Event)>) -> Self {
+        Self {
+            events,
+            ..Self::new(text)
+        }
+    }
+}
+
+/// The core on a bench.
+pub struct Rig<'a> {
+    /// Background half.
+    pub controller: Controller<'a>,
+    servo: Servo<'a>,
+    /// Ticks so far.
+    pub now: u64,
+    /// Record.
+    pub run: Run,
+    digest: FrameDigest,
+    summed: [i64; AXES],
+}
+
+/// Gives `work` a fresh core for `config`, and its record back.
+pub fn with_rig(config: &Config, work: impl FnOnce(&mut Rig<'_>)) -> Run {
+    let mut core = Box::new(Core::new());
+    let (controller, servo) = core.split(config);
+    let mut rig = Rig {
+        controller,
+        servo,
+        now: 0,
+        run: Run::default(),
+        digest: FrameDigest::default(),
+        summed: [0; AXES],
+    };
+    work(&mut rig);
+    rig.run.digest = rig.digest.value();
+    rig.run
+}
+
+impl Rig<'_> {
+    /// Background work until there is none, and everything said collected; `true` if there was any.
+    pub fn settle(&mut self) -> bool {
+        let mut busy = false;
+        loop {
+            let more = self.controller.poll(self.now);
+            while let Some(byte) = self.controller.transmit() {
+                self.run.output.push(char::from(byte));
+            }
+            if !more {
+                return busy;
+            }
+            busy = true;
+        }
+    }
+
+    /// Bytes onto the wire, and the background work they cause.
+    pub fn send(&mut self, bytes: &[u8]) {
+        for &byte in bytes {
+            self.controller.receive(byte);
+        }
+        self.settle();
+    }
+
+    /// One servo tick, recorded.
+    pub fn tick(&mut self) {
+        let frame = self.servo.tick();
+        let sample = self.servo.sample();
+        if sample.moving {
+            self.digest.update(&frame);
+        }
+        for (sum, axis) in self.summed.iter_mut().zip(&frame.axes) {
+            *sum += i64::from(axis.signed_count());
+        }
+        self.run.ticks.push(Tick {
+            commanded: sample.commanded.map(|p| p.to_bits()),
+            emitted: sample.emitted,
+            summed: self.summed,
+            feed: sample.feed,
+            block: sample.block,
+            moving: sample.moving,
+        });
+        self.now += 1;
+    }
+
+    /// Ticks with background work between them.
+    pub fn advance(&mut self, ticks: u64) {
+        for _ in 0..ticks {
+            self.settle();
+            self.tick();
+        }
+        self.settle();
+    }
+
+    /// Ticks until nothing is left to do; `false` if that takes more than `limit`.
+    pub fn until_idle(&mut self, limit: u64) -> bool {
+        for _ in 0..limit {
+            self.settle();
+            if self.controller.is_idle() {
+                return true;
+            }
+            self.tick();
+        }
+        false
+    }
+
+    /// What the controller has said since the last call.
+    pub fn said(&mut self) -> String {
+        std::mem::take(&mut self.run.output)
     }
 }
 
 /// Drives the core through `script` until it is idle (and no event is left) or the limit.
 #[must_use]
 pub fn drive(config: &Config, script: &Script<'_>) -> Run {
-    let mut core = Box::new(Core::new());
-    let (mut controller, mut servo) = core.split(config);
-    controller.set_program_stops(!script.auto_start);
     let mut text: VecDeque<u8> = script.text.bytes().collect();
     let mut events: VecDeque<_> = script.events.iter().copied().collect();
-    let mut run = Run::default();
-    let mut digest = FrameDigest::default();
-    let mut summed = [0_i64; AXES];
-    for now in 0..script.limit {
-        while events.front().is_some_and(|&(tick, _)| tick <= now) {
-            let (_, event) = events.pop_front().expect("front was seen");
-            controller.event(event);
-        }
-        // Text and background work take turns until neither gets further in this tick.
-        loop {
-            let mut busy = false;
-            let offer = script.byte_every == 0 || now % script.byte_every == 0;
-            while offer && !text.is_empty() && controller.receive_free() > 2 {
-                controller.receive(text.pop_front().expect("not empty"));
-                busy = true;
-                if script.byte_every != 0 {
+    let mut rng = Rng::new(match script.sender {
+        Sender::Bursts { seed, .. } => seed,
+        Sender::Full => 0,
+    });
+    let mut next_burst = 0;
+    with_rig(config, |rig| {
+        rig.controller.set_program_stops(!script.auto_start);
+        for now in 0..script.limit {
+            while events.front().is_some_and(|&(tick, _)| tick <= now) {
+                let (_, event) = events.pop_front().expect("front was seen");
+                rig.controller.event(event);
+                if event == Event::Reset {
+                    text.clear();
+                }
+            }
+            let mut burst = match script.sender {
+                Sender::Full => u64::MAX,
+                Sender::Bursts { bytes, gap, .. } if now >= next_burst => {
+                    next_burst = now + 1 + rng.within(0, gap);
+                    rng.within(1, bytes)
+                }
+                Sender::Bursts { .. } => 0,
+            };
+            // Text and background work take turns until neither gets further in this tick.
+            loop {
+                let mut busy = false;
+                while burst > 0 && !text.is_empty() && rig.controller.receive_free() > 2 {
+                    rig.controller
+                        .receive(text.pop_front().expect("not empty"));
+                    burst -= 1;
+                    busy = true;
+                }
+                if now % script.poll_every == 0 {
+                    busy |= rig.settle();
+                } else {
+                    busy = false;
+                }
+                if !busy {
                     break;
                 }
             }
-            if now % script.poll_every == 0 {
-                while controller.poll(now) {
-                    busy = true;
-                }
-            }
-            while let Some(byte) = controller.transmit() {
-                run.output.push(char::from(byte));
-            }
-            if !busy || script.byte_every != 0 {
+            rig.tick();
+            let stuck = rig.controller.state() == State::Alarm;
+            if (text.is_empty() || stuck) && events.is_empty() && rig.controller.is_idle() {
+                rig.run.finished = true;
                 break;
             }
         }
-        let frame = servo.tick();
-        let sample = servo.sample();
-        if sample.moving {
-            digest.update(&frame);
-        }
-        for (sum, axis) in summed.iter_mut().zip(&frame.axes) {
-            *sum += i64::from(axis.signed_count());
-        }
-        run.ticks.push(Tick {
-            commanded: sample.commanded.map(|p| p.to_bits()),
-            emitted: sample.emitted,
-            summed,
-            feed: sample.feed,
-            block: sample.block,
-            moving: sample.moving,
-        });
-        let stuck = controller.state() == State::Alarm;
-        if (text.is_empty() || stuck) && events.is_empty() && controller.is_idle() {
-            run.finished = true;
-            break;
-        }
-    }
-    run.digest = digest.value();
-    run
+    })
 }

@@ -8,14 +8,17 @@
 //! u(s) is the quintic Hermite polynomial on sigma = s / L: position, slope and second derivative match
 //! the true inverse arc length at both ends, so velocity and acceleration are continuous over joints of
 //! neighbouring pieces. du/dsigma = L / |P'|, d2u/dsigma2 = -L^2 (P' . P'') / |P'|^4.
+//!
+//! A curve that never leaves a straight line is driven as the line it is; where it turns back on itself, the path
+//! has a corner of 180 degrees there, and the machine stops at it.
 
 use crate::config::{AxisKind, Config};
 use crate::units::{sqrt, AxisVec, Steps, AXES};
 
 use super::HermiteSegment;
 
-/// Largest relative error of the path feed inside a segment (1e-4 is 0.01 %).
-pub const FEED_TOLERANCE: f32 = 5.0e-5;
+/// Largest relative error of the path feed inside a segment (1e-5 is 0.001 %).
+pub const FEED_TOLERANCE: f32 = 1.0e-5;
 
 /// Fractional bits of the path coordinate s: 2^-54 mm, range 512 mm per segment.
 pub const S_FRAC: u32 = 54;
@@ -134,6 +137,75 @@ impl Piece {
         }
         [first, second]
     }
+
+    /// The curve as one or more straight pieces if it never leaves a line, in path order: up to three, cut where
+    /// it turns back on itself.
+    fn straight_pieces(&self, config: &Config) -> Option<heapless::Vec<Self, 3>> {
+        let vector = |f: &dyn Fn(usize) -> i64| -> AxisVec {
+            core::array::from_fn(|a| {
+                f(a) as f32 * (config.units_per_step(a) * (1.0 / 4_294_967_296.0))
+            })
+        };
+        let vectors = [
+            vector(&|a| self.end[a] - self.start[a]),
+            vector(&|a| self.slope_start[a]),
+            vector(&|a| self.slope_end[a]),
+        ];
+        let dot = |x: &AxisVec, y: &AxisVec| x.iter().zip(y).map(|(x, y)| x * y).sum::<f32>();
+        let mut along = &vectors[0];
+        for v in &vectors[1..] {
+            if dot(v, v) > dot(along, along) {
+                along = v;
+            }
+        }
+        let size = dot(along, along);
+        if !(size > 0.0) {
+            return None;
+        }
+        // Scalar cubic along the line: distance and end slopes in multiples of `along`.
+        let [delta, t0, t1] = [0, 1, 2].map(|i| dot(&vectors[i], along) / size);
+        for (v, share) in vectors.iter().zip([delta, t0, t1]) {
+            let off: AxisVec = core::array::from_fn(|a| v[a] - share * along[a]);
+            // A few units of f32 rounding: 4e-13 is (6e-7)^2.
+            if !(dot(&off, &off) <= 4e-13 * size) {
+                return None;
+            }
+        }
+        let mut pieces = heapless::Vec::new();
+        let mut rest = *self;
+        // p'(u) = t0 + 2 b u + 3 c u^2
+        let (b, c) = (3.0 * delta - 2.0 * t0 - t1, t0 + t1 - 2.0 * delta);
+        let root = b * b - 3.0 * c * t0;
+        if root > 0.0 {
+            let q = -(b + sqrt(root).copysign(b));
+            let (x, y) = (q / (3.0 * c), t0 / q);
+            for u in [x.min(y), x.max(y)] {
+                // Turning points within the rounding of an end are that end.
+                if u > 1e-4 && u < 1.0 - 1e-4 {
+                    let far = u * (t0 + u * (b + u * c));
+                    let mut first = rest;
+                    for a in 0..AXES {
+                        let scale = config.axes[a].steps_per_unit.to_num::<f32>() * 4_294_967_296.0;
+                        first.end[a] = self.start[a] + (far * along[a] * scale) as i64;
+                    }
+                    rest.start = first.end;
+                    // Cannot fail: two turning points at most.
+                    let _ = pieces.push(first.line());
+                }
+            }
+        }
+        let _ = pieces.push(rest.line());
+        Some(pieces)
+    }
+
+    /// The straight line from start to end.
+    fn line(mut self) -> Self {
+        for a in 0..AXES {
+            self.slope_start[a] = self.end[a] - self.start[a];
+            self.slope_end[a] = self.slope_start[a];
+        }
+        self
+    }
 }
 
 /// Polynomial coefficients of the derivative curves in axis units.
@@ -168,25 +240,24 @@ impl Curve {
         sqrt(self.dot(&d, &d))
     }
 
-    /// Derivatives with respect to arc length (chain rule with ds/du = |P'|), `None` where the speed vanishes.
-    fn path_derivatives(&self, u: f32) -> Option<PathDerivatives> {
+    /// Derivatives of P(u(s)) with respect to s at sigma, for u = sum `c[k] sigma^(k+1)` and s = `length` sigma
+    /// (chain rule). These are those of the motion as it will be commanded, the error of u(s) included.
+    fn path_derivatives(&self, c: &[f32; 5], length: f32, sigma: f32) -> PathDerivatives {
+        let r = 1.0 / length;
+        let x = sigma;
+        let u = x * (c[0] + x * (c[1] + x * (c[2] + x * (c[3] + x * c[4]))));
+        let u1 =
+            r * (c[0] + x * (2.0 * c[1] + x * (3.0 * c[2] + x * (4.0 * c[3] + x * 5.0 * c[4]))));
+        let u2 = r * r * (2.0 * c[1] + x * (6.0 * c[2] + x * (12.0 * c[3] + x * 20.0 * c[4])));
+        let u3 = r * r * r * (6.0 * c[2] + x * (24.0 * c[3] + x * 60.0 * c[4]));
         let (p1, p2, p3) = (self.first(u), self.second(u), self.third());
-        let m2 = self.dot(&p1, &p1);
-        if !(m2 > f32::MIN_POSITIVE) {
-            return None;
-        }
-        let r = 1.0 / sqrt(m2);
-        let r2 = r * r;
-        // w = P'.P'' / m^2 and its companion, kept as ratios so that no power above r^3 appears.
-        let w = self.dot(&p1, &p2) * r2;
-        let w1 = (self.dot(&p2, &p2) + self.dot(&p1, &p3)) * r2;
         let mut d = PathDerivatives::default();
         for a in 0..AXES {
-            d.first[a] = p1[a] * r;
-            d.second[a] = (p2[a] - p1[a] * w) * r2;
-            d.third[a] = (p3[a] - 3.0 * p2[a] * w + p1[a] * (4.0 * w * w - w1)) * r2 * r;
+            d.first[a] = p1[a] * u1;
+            d.second[a] = p2[a] * u1 * u1 + p1[a] * u2;
+            d.third[a] = p3[a] * u1 * u1 * u1 + 3.0 * p2[a] * u1 * u2 + p1[a] * u3;
         }
-        Some(d)
+        d
     }
 }
 
@@ -262,8 +333,14 @@ impl ArcSplitter {
         }
         self.block = block;
         self.stack.clear();
-        // Cannot fail: the stack was just emptied.
-        let _ = self.stack.push((piece, 0));
+        // None of these can fail: the stack was just emptied.
+        if let Some(lines) = piece.straight_pieces(config) {
+            for line in lines.iter().rev() {
+                let _ = self.stack.push((*line, 0));
+            }
+        } else {
+            let _ = self.stack.push((piece, 0));
+        }
         Ok(())
     }
 
@@ -356,7 +433,13 @@ fn build(config: &Config, piece: &Piece, block: u32) -> Option<(ServoSegment, Pa
     } else {
         inverse_arc_length(&curve, length)?
     };
-    let shape = shape_of(&curve, straight, !any_linear)?;
+    let shape = shape_of(
+        &curve,
+        &u.map(|c| c as f32 * (1.0 / ONE)),
+        length,
+        straight,
+        !any_linear,
+    );
 
     let length_q = (length * (1_u64 << S_FRAC) as f32) as i64;
     if length_q < 1 << 20 {
@@ -378,6 +461,9 @@ fn build(config: &Config, piece: &Piece, block: u32) -> Option<(ServoSegment, Pa
     Some((segment, shape))
 }
 
+/// One in Q8.55.
+const ONE: f32 = (1_u64 << U_FRAC) as f32;
+
 /// Coefficients of u(sigma) in Q8.55, or `None` if they miss the feed tolerance.
 fn inverse_arc_length(curve: &Curve, length: f32) -> Option<[i64; 5]> {
     let ends = [0.0, 1.0].map(|u| {
@@ -387,7 +473,6 @@ fn inverse_arc_length(curve: &Curve, length: f32) -> Option<[i64; 5]> {
         (r, -(r * r) * (curve.dot(&p1, &p2) / m2))
     });
     let [(c1, d0), (e1, d1)] = ends;
-    const ONE: f32 = (1_u64 << U_FRAC) as f32;
     // Also refuses NaN and infinity, which a vanishing end speed gives.
     if !(c1 < 8.0 && e1 < 8.0 && d0.abs() < 16.0 && d1.abs() < 16.0) {
         return None;
@@ -418,21 +503,27 @@ fn inverse_arc_length(curve: &Curve, length: f32) -> Option<[i64; 5]> {
     Some(u)
 }
 
-fn shape_of(curve: &Curve, straight: bool, rotary_only: bool) -> Option<PathShape> {
-    let start = curve.path_derivatives(0.0)?;
+fn shape_of(
+    curve: &Curve,
+    c: &[f32; 5],
+    length: f32,
+    straight: bool,
+    rotary_only: bool,
+) -> PathShape {
+    let start = curve.path_derivatives(c, length, 0.0);
     if straight {
         let mut bound = start;
         bound.first = bound.first.map(f32::abs);
-        return Some(PathShape {
+        return PathShape {
             bound,
             start,
             end: start,
             rotary_only,
-        });
+        };
     }
     let mut at = [start; SAMPLES];
     for (i, slot) in at.iter_mut().enumerate().skip(1) {
-        *slot = curve.path_derivatives(i as f32 * (1.0 / (SAMPLES - 1) as f32))?;
+        *slot = curve.path_derivatives(c, length, i as f32 * (1.0 / (SAMPLES - 1) as f32));
     }
     let pick = |f: fn(&PathDerivatives) -> &AxisVec| -> AxisVec {
         core::array::from_fn(|a| {
@@ -453,10 +544,10 @@ fn shape_of(curve: &Curve, straight: bool, rotary_only: bool) -> Option<PathShap
         second: pick(|d| &d.second),
         third: pick(|d| &d.third),
     };
-    Some(PathShape {
+    PathShape {
         bound,
         start,
         end: at[SAMPLES - 1],
         rotary_only,
-    })
+    }
 }
