@@ -5,9 +5,12 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use indicatif::{ProgressBar, ProgressStyle};
+use pentaspline::config::AxisConfig;
+use pentaspline::units::NANO_PER_UNIT;
 
 use crate::cli::{Cli, Command};
 use crate::diagnostics::{Exit, Failure, Located};
+use crate::machine_file::Machine;
 use crate::program::{words, Program};
 use crate::runner::{End, Outcome};
 use crate::summary::{ErrorSummary, Summary};
@@ -22,6 +25,8 @@ pub mod serve;
 
 /// `error:N` of the core for a curve that leaves the travel of an axis.
 const TRAVEL_ERROR: u32 = 201;
+/// `error:N` of the core for the letter of an axis the machine does not have.
+const AXIS_ERROR: u32 = 117;
 
 /// Does what the command line asks for.
 ///
@@ -72,8 +77,38 @@ fn ticks(seconds: f64, servo_hz: u32) -> u64 {
     (seconds * f64::from(servo_hz)).ceil() as u64
 }
 
+/// What of the machine a person has to know to mend error `code`.
+fn advice(machine: &Machine, code: u32) -> String {
+    let axes = machine.config.axes.iter();
+    match code {
+        TRAVEL_ERROR => {
+            let unit = NANO_PER_UNIT as f64;
+            let of = |axis: &AxisConfig| {
+                let (min, max) = (axis.travel_min as f64, axis.travel_max as f64);
+                let letter = char::from(axis.letter);
+                format!("{letter} {} to {}", min / unit, max / unit)
+            };
+            let list: Vec<String> = axes.map(of).collect();
+            format!("travel of {}: {}", machine.config.name, list.join(", "))
+        }
+        AXIS_ERROR => {
+            let letters: String = axes.map(|axis| char::from(axis.letter)).collect();
+            format!(
+                "the axes of {} are {letters}; --machine names another machine file",
+                machine.config.name
+            )
+        }
+        _ => String::new(),
+    }
+}
+
 /// Puts the end of the run into `summary` and returns the failure it stands for, if it is one.
-fn conclude(program: &Program, outcome: &Outcome, summary: &mut Summary) -> Option<Failure> {
+fn conclude(
+    program: &Program,
+    machine: &Machine,
+    outcome: &Outcome,
+    summary: &mut Summary,
+) -> Option<Failure> {
     summary.warnings.extend(
         outcome
             .messages
@@ -93,7 +128,12 @@ fn conclude(program: &Program, outcome: &Outcome, summary: &mut Summary) -> Opti
         ));
     }
     let (name, failure) = match &outcome.end {
-        End::Finished => ("finished", None),
+        End::Finished => {
+            if summary.axes.iter().all(|axis| axis.v_max == 0.0) {
+                summary.warnings.push("the program moved nothing".to_owned());
+            }
+            ("finished", None)
+        }
         End::Reset => {
             summary
                 .warnings
@@ -119,7 +159,9 @@ fn conclude(program: &Program, outcome: &Outcome, summary: &mut Summary) -> Opti
             } else {
                 Exit::Program
             };
-            let located = program.error_at(line, complaint.column, &complaint.text, &label);
+            let located = program
+                .error_at(line, complaint.column, &complaint.text, &label)
+                .more_help(&advice(machine, complaint.code));
             ("program_error", Some(Failure::new(exit, located)))
         }
         End::Alarm(code) => {

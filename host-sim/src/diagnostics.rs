@@ -80,6 +80,18 @@ impl Located {
         self
     }
 
+    /// Adds a line of advice to what there is; an empty one adds nothing.
+    #[must_use]
+    pub fn more_help(mut self, help: &str) -> Self {
+        if !help.is_empty() {
+            if !self.help.is_empty() {
+                self.help.push('\n');
+            }
+            self.help.push_str(help);
+        }
+        self
+    }
+
     /// Points at bytes `offset..offset + len` of `text`, shown as file `name`, with `label` at the caret.
     ///
     /// The span is clipped to the text, so that any position is safe to show.

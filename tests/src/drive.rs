@@ -252,8 +252,7 @@ pub fn drive(config: &Config, script: &Script<'_>) -> Run {
             loop {
                 let mut busy = false;
                 while burst > 0 && !text.is_empty() && rig.controller.receive_free() > 2 {
-                    rig.controller
-                        .receive(text.pop_front().expect("not empty"));
+                    rig.controller.receive(text.pop_front().expect("not empty"));
                     burst -= 1;
                     busy = true;
                 }

@@ -1,7 +1,7 @@
 //! Instruction meter: the core on an emulated Cortex-M4, every call of it counted.
 //!
 //! In, over USART2: a header line (`core LOW HIGH` or `parts`), the lines of a program, a line of one 0x04.
-//! Out, over the same port: `name value` lines, the last one `end 0`. `host-sim bench` is the other end.
+//! Out, over the same port: `name value` lines, the first one `ready 1`, the last one `end 1`. `host-sim bench` is the other end.
 //!
 //! TIM2 must count nanoseconds and the emulator must give every instruction one: then the difference of two
 //! readings is the number of instructions between them. Nothing here reads a clock for any other purpose, no
@@ -329,6 +329,8 @@ fn main() -> ! {
     if let Some(dp) = Peripherals::take() {
         let meter = Meter::new(dp.TIM2);
         let mut port = Port(PolledPort::start(dp.USART2));
+        // What comes before the port is on is lost: the host waits for this.
+        port.put("ready", 1);
         let header = port.line();
         let text = core::str::from_utf8(&header).unwrap_or_default();
         let mut words = text.split_ascii_whitespace();
@@ -340,9 +342,10 @@ fn main() -> ! {
             Some("core") => run_core(&meter, &mut port, CORE, WORDS, band),
             _ => run_parts(&meter, &mut port),
         }
-        port.put("end", 0);
+        port.put("end", 1);
     }
     loop {
-        cortex_m::asm::wfi();
+        // A sleeping core makes the emulator warn that nothing will wake it.
+        cortex_m::asm::nop();
     }
 }

@@ -32,8 +32,12 @@ pub const U_FRAC: u32 = 55;
 /// Fractional bits of sigma and of the powers of u.
 pub const Q: u32 = 62;
 
-/// Halvings of one programmed segment before it is refused.
-const DEPTH_MAX: usize = 12;
+/// Halvings of one programmed segment before it is refused. Enough to reach [`TINY`] from 250 mm.
+const DEPTH_MAX: usize = 26;
+
+/// A piece of curve that fits into this, mm or degree, is driven as its chord; the path is off by no more. What is left of
+/// a cusp at this size becomes a corner, and the machine stops at it as at any other.
+const TINY: f32 = 2.0e-5;
 
 /// What the servo interrupt evaluates: sigma(s), u(sigma), P(u), all integers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -164,35 +168,39 @@ impl Piece {
         }
         // Scalar cubic along the line: distance and end slopes in multiples of `along`.
         let [delta, t0, t1] = [0, 1, 2].map(|i| dot(&vectors[i], along) / size);
+        // p'(u) = t0 + 2 b u + 3 c u^2
+        let (b, c) = (3.0 * delta - 2.0 * t0 - t1, t0 + t1 - 2.0 * delta);
+        let root = b * b - 3.0 * c * t0;
+        let q = -(b + sqrt(root.max(0.0)).copysign(b));
+        let (x, y) = (q / (3.0 * c), t0 / q);
+        // Turning points within the rounding of an end are that end.
+        let turns =
+            [x.min(y), x.max(y)].map(|u| (root > 0.0 && u > 1e-4 && u < 1.0 - 1e-4).then_some(u));
+        // How far off counts as straight: a few units of f32 rounding; where the curve turns back, the size below
+        // which nothing about its shape is kept anyway.
+        let slack = if turns == [None, None] {
+            0.0
+        } else {
+            TINY * TINY
+        };
         for (v, share) in vectors.iter().zip([delta, t0, t1]) {
             let off: AxisVec = core::array::from_fn(|a| v[a] - share * along[a]);
-            // A few units of f32 rounding: 4e-13 is (6e-7)^2.
-            if !(dot(&off, &off) <= 4e-13 * size) {
+            if !(dot(&off, &off) <= slack + 4e-13 * size) {
                 return None;
             }
         }
         let mut pieces = heapless::Vec::new();
         let mut rest = *self;
-        // p'(u) = t0 + 2 b u + 3 c u^2
-        let (b, c) = (3.0 * delta - 2.0 * t0 - t1, t0 + t1 - 2.0 * delta);
-        let root = b * b - 3.0 * c * t0;
-        if root > 0.0 {
-            let q = -(b + sqrt(root).copysign(b));
-            let (x, y) = (q / (3.0 * c), t0 / q);
-            for u in [x.min(y), x.max(y)] {
-                // Turning points within the rounding of an end are that end.
-                if u > 1e-4 && u < 1.0 - 1e-4 {
-                    let far = u * (t0 + u * (b + u * c));
-                    let mut first = rest;
-                    for a in 0..AXES {
-                        let scale = config.axes[a].steps_per_unit.to_num::<f32>() * 4_294_967_296.0;
-                        first.end[a] = self.start[a] + (far * along[a] * scale) as i64;
-                    }
-                    rest.start = first.end;
-                    // Cannot fail: two turning points at most.
-                    let _ = pieces.push(first.line());
-                }
+        for u in turns.into_iter().flatten() {
+            let far = u * (t0 + u * (b + u * c));
+            let mut first = rest;
+            for a in 0..AXES {
+                let scale = config.axes[a].steps_per_unit.to_num::<f32>() * 4_294_967_296.0;
+                first.end[a] = self.start[a] + (far * along[a] * scale) as i64;
             }
+            rest.start = first.end;
+            // Cannot fail: two turning points at most.
+            let _ = pieces.push(first.line());
         }
         let _ = pieces.push(rest.line());
         Some(pieces)
@@ -350,8 +358,10 @@ impl ArcSplitter {
     /// [`ArcError::Cusp`] if the feed tolerance cannot be met; the rest of the curve is dropped.
     pub fn next(&mut self, config: &Config) -> Result<Option<(ServoSegment, PathShape)>, ArcError> {
         while let Some((piece, depth)) = self.stack.pop() {
-            if let Some(done) = build(config, &piece, self.block) {
-                return Ok(Some(done));
+            match build(config, &piece, self.block) {
+                Built::Done(segment, shape) => return Ok(Some((segment, shape))),
+                Built::Nothing => continue,
+                Built::Halve => {}
             }
             let [first, second] = piece.halves();
             if usize::from(depth) >= DEPTH_MAX
@@ -378,14 +388,25 @@ const GAUSS: [(f32, f32); 5] = [
 /// Points at which derivative bounds are taken.
 const SAMPLES: usize = 9;
 
-fn build(config: &Config, piece: &Piece, block: u32) -> Option<(ServoSegment, PathShape)> {
+/// What became of a piece. Passed on at once, never stored: the size of its largest variant does not matter.
+#[allow(clippy::large_enum_variant)]
+enum Built {
+    Done(ServoSegment, PathShape),
+    /// It must be halved first.
+    Halve,
+    /// It is too short to be driven.
+    Nothing,
+}
+
+fn build(config: &Config, piece: &Piece, block: u32) -> Built {
     let mut cubic = [[0_i64; 3]; AXES];
     let mut curve = Curve {
         c: [[0.0; 3]; AXES],
         counts: [false; AXES],
     };
     let mut straight = true;
-    let mut any_linear = false;
+    // Extent of the control polygon over linear and over rotary axes.
+    let mut extent = [0.0_f32; 2];
     for a in 0..AXES {
         let delta = piece.end[a] - piece.start[a];
         let (t0, t1) = (piece.slope_start[a], piece.slope_end[a]);
@@ -401,10 +422,13 @@ fn build(config: &Config, piece: &Piece, block: u32) -> Option<(ServoSegment, Pa
         if (t0 - delta).abs() > slack || (t1 - delta).abs() > slack {
             straight = false;
         }
-        if config.axes[a].kind == AxisKind::Linear && (delta != 0 || t0 != 0 || t1 != 0) {
-            any_linear = true;
-        }
+        let size = delta.abs().max(t0.abs()).max(t1.abs()) as f32 * scale;
+        let kind = usize::from(config.axes[a].kind == AxisKind::Rotary);
+        extent[kind] = extent[kind].max(size);
     }
+    // Where linear motion vanishes while rotary axes turn, the path is measured in degrees.
+    let any_linear = extent[0] > TINY || extent[1] == 0.0 || (extent[0] > 0.0 && extent[1] <= TINY);
+    straight |= extent[0] <= TINY && extent[1] <= TINY;
     for a in 0..AXES {
         curve.counts[a] = (config.axes[a].kind == AxisKind::Linear) == any_linear;
     }
@@ -425,13 +449,25 @@ fn build(config: &Config, piece: &Piece, block: u32) -> Option<(ServoSegment, Pa
     } else {
         GAUSS.iter().map(|&(u, w)| w * curve.speed(u)).sum()
     };
-    if !(length < LENGTH_MAX) || !(length > 0.0) {
-        return None;
+    if !(length < LENGTH_MAX) {
+        return Built::Halve;
+    }
+    let length_q = (length * (1_u64 << S_FRAC) as f32) as i64;
+    if length_q < 1 << 20 {
+        // Shorter than 2^-34 path units. A curve may still go out and back.
+        return if straight {
+            Built::Nothing
+        } else {
+            Built::Halve
+        };
     }
     let u = if straight {
         [1 << U_FRAC, 0, 0, 0, 0]
     } else {
-        inverse_arc_length(&curve, length)?
+        match inverse_arc_length(&curve, length) {
+            Some(u) => u,
+            None => return Built::Halve,
+        }
     };
     let shape = shape_of(
         &curve,
@@ -441,11 +477,6 @@ fn build(config: &Config, piece: &Piece, block: u32) -> Option<(ServoSegment, Pa
         !any_linear,
     );
 
-    let length_q = (length * (1_u64 << S_FRAC) as f32) as i64;
-    if length_q < 1 << 20 {
-        // Shorter than 2^-34 path units: nothing a servo tick can resolve.
-        return None;
-    }
     let shift = (length_q as u64).leading_zeros() - 2;
     let normalised = (length_q as u64) << shift;
     let inverse = ((1_u128 << 124) / u128::from(normalised)).min(i64::MAX as u128) as i64;
@@ -458,7 +489,7 @@ fn build(config: &Config, piece: &Piece, block: u32) -> Option<(ServoSegment, Pa
         start: piece.start,
         cubic,
     };
-    Some((segment, shape))
+    Built::Done(segment, shape)
 }
 
 /// One in Q8.55.
@@ -531,9 +562,10 @@ fn shape_of(
             for i in 0..SAMPLES {
                 largest = largest.max(f(&at[i])[a].abs());
                 if i >= 2 {
-                    // A peak between samples stands above them by at most about 1/8 of the second difference.
+                    // A parabola through three samples peaks at most 1/8 of their second difference above the middle
+                    // one; twice that covers what the next terms of the series add.
                     let bend = f(&at[i])[a] - 2.0 * f(&at[i - 1])[a] + f(&at[i - 2])[a];
-                    largest = largest.max(f(&at[i - 1])[a].abs() + 0.125 * bend.abs());
+                    largest = largest.max(f(&at[i - 1])[a].abs() + 0.25 * bend.abs());
                 }
             }
             largest

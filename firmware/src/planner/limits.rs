@@ -55,11 +55,12 @@ fn axis_jerk(config: &Config, axis: usize, soft: bool) -> f32 {
     }
 }
 
-/// Limits inside a segment driven at no more than `feed`, with what its joints already take.
+/// Limits inside a segment of `length` path units driven at no more than `feed`, with what its joints already take.
 #[must_use]
 pub fn path_limits(
     config: &Config,
     shape: &PathShape,
+    length: f32,
     feed: f32,
     soft: bool,
     joints: &[JointCost; 2],
@@ -69,7 +70,8 @@ pub fn path_limits(
         second,
         third,
     } = shape.bound;
-    let mut v = feed;
+    // No more than one joint per tick: what the interrupt does in a tick stays bounded, and so does what joints add up to.
+    let mut v = feed.min(length * config.servo_hz as f32);
     for a in 0..AXES {
         let axis = &config.axes[a];
         if first[a] > 0.0 {

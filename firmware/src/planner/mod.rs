@@ -121,9 +121,11 @@ impl<'a> Planner<'a> {
         shape: &PathShape,
         order: SegmentOrder,
     ) {
+        let length = segment.length as f32 / (1_u64 << S_FRAC) as f32;
         let alone = path_limits(
             config,
             shape,
+            length,
             order.feed,
             order.soft,
             &[JointCost::default(); 2],
@@ -160,9 +162,15 @@ impl<'a> Planner<'a> {
             entry,
             ..
         } = segment;
-        let limits: PathLimits =
-            path_limits(config, shape, order.feed, order.soft, &[*entry, *exit]);
         let length = *length_q as f32 / (1_u64 << S_FRAC) as f32;
+        let limits: PathLimits = path_limits(
+            config,
+            shape,
+            length,
+            order.feed,
+            order.soft,
+            &[*entry, *exit],
+        );
         self.nodes.push(Node {
             length_q: *length_q,
             length,

@@ -383,8 +383,8 @@ impl View<'_> {
                 let slowest = state.v.min(next.v) as f32 / UNIT * self.hz;
                 let a = next.a.abs() as f32 / UNIT * self.hz * self.hz;
                 let here = self.nodes.get(node).limits;
-                // The release phase may undershoot standstill by the rounding of f32 timing only.
-                if v > here.v * 1.0001 || a > here.a * 1.001 || next.v < -(1 << 36) {
+                // The release phase may undershoot standstill by the rounding of three integer jerks only.
+                if v > here.v * 1.0001 || a > here.a * 1.001 || next.v < -(1 << 24) {
                     return None;
                 }
                 while node < last && next.coordinate() > self.nodes.get(node).length_q {

@@ -62,15 +62,15 @@ pub fn check(args: &CheckArgs) -> Result<Exit, Failure> {
         .summary
         .finish(&machine, program.name(), outcome.digest);
     summary.take_violations(watch.travel);
-    let failure = conclude(&program, &outcome, &mut summary);
+    let failure = conclude(&program, &machine, &outcome, &mut summary);
     summary.warnings.extend(
         summary.limit_warnings(machine.config.default_soft && always_jerk_limited(&program)),
     );
     summary.place_violations(&program);
+    print!("{}", summary.table());
     if let Some(path) = &args.json {
         write_json(path, &summary)?;
     }
-    print!("{}", summary.table());
     match failure {
         Some(failure) => Err(failure),
         None if !summary.violations.is_empty() => Ok(Exit::Limit),

@@ -139,6 +139,7 @@ fn empty_report(machine: &Machine, program: &Program) -> ReportData {
         f64::from(config.servo_hz),
         axes,
     );
+    report.starts_from([0; AXES]);
     report.lines = program
         .lines()
         .map(|line| String::from_utf8_lossy(line).into_owned())
@@ -173,12 +174,14 @@ pub fn run(args: &RunArgs) -> Result<Exit, Failure> {
     let (mut summary, report) = recorder
         .finish(program.name(), outcome.digest)
         .map_err(trace_failed)?;
-    let failure = conclude(&program, &outcome, &mut summary);
+    let failure = conclude(&program, &machine, &outcome, &mut summary);
     summary.warnings.extend(
         summary.limit_warnings(machine.config.default_soft && always_jerk_limited(&program)),
     );
     summary.place_violations(&program);
 
+    // First of all: a file that cannot be written does not cost the result.
+    print!("{}", summary.table());
     if let Some(path) = &args.json {
         write_json(path, &summary)?;
     }
@@ -190,7 +193,6 @@ pub fn run(args: &RunArgs) -> Result<Exit, Failure> {
             .extend(summary.violations.iter().map(ToString::to_string));
         report::write(path, &report).map_err(|e| Failure::io("write report", path, &e))?;
     }
-    print!("{}", summary.table());
     match failure {
         Some(failure) => Err(failure),
         None if !summary.violations.is_empty() => Ok(Exit::Limit),

@@ -121,10 +121,16 @@ impl ReportData {
         }
     }
 
+    /// The machine rests at `commanded` (Q32.32 steps) before tick 0, so that the way of tick 0 counts.
+    pub fn starts_from(&mut self, commanded: [i64; AXES]) {
+        self.history = Some((u64::MAX, [commanded; 3]));
+    }
+
     /// Takes the next tick in.
     pub fn push(&mut self, record: &TickRecord) {
         let now = record.commanded;
-        // At the first record, and after ticks left out, the machine comes from rest.
+        // At the first record (unless `starts_from` says where it rests), and after ticks left out, the machine
+        // comes from rest.
         let past = match self.history {
             Some((tick, past)) if tick.wrapping_add(1) == record.tick => past,
             Some((_, past)) => [past[0]; 3],

@@ -54,6 +54,24 @@ fn derivatives_of_a_cubic_are_its_polynomials() {
 }
 
 #[test]
+fn motion_in_the_first_tick_shows_no_more_jerk_than_there_is() {
+    // Constant jerk as the interpolator adds it up: after tick n the axis is at n (n + 1) (n + 2) / 6 units.
+    let unit = 1_i64 << 20;
+    let mut data = ReportData::new("p", "m", HZ, axes());
+    data.starts_from([0; AXES]);
+    for tick in 0..20_i64 {
+        let n = tick + 1;
+        data.push(&TickRecord {
+            tick: tick as u64,
+            commanded: [n * (n + 1) * (n + 2) / 6 * unit, 0, 0, 0, 0],
+            ..TickRecord::default()
+        });
+    }
+    let jerk = unit as f64 / (1000.0 * 4_294_967_296.0) * HZ * HZ * HZ;
+    assert!((data.jerk[0].peak() / jerk - 1.0).abs() < 1e-9);
+}
+
+#[test]
 fn ticks_left_out_are_rest_and_no_jump() {
     let mut data = ReportData::new("p", "m", HZ, axes());
     let record = |tick, x: f64| TickRecord {
