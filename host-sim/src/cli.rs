@@ -25,6 +25,9 @@ pub enum Command {
     /// Run a program on the firmware image under QEMU, over its serial port.
     #[cfg(unix)]
     Emulate(crate::commands::emulate::EmulateArgs),
+    /// Measure what the core costs: instructions, memory, speed.
+    #[cfg(unix)]
+    Bench(crate::commands::bench::BenchArgs),
     /// Be a controller on a pseudo-terminal, in real time.
     #[cfg(unix)]
     Serve(crate::commands::serve::ServeArgs),

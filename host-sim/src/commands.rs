@@ -15,6 +15,8 @@ use crate::program::{words, Program};
 use crate::runner::{End, Outcome};
 use crate::summary::{ErrorSummary, Summary};
 
+#[cfg(unix)]
+pub mod bench;
 pub mod check;
 #[cfg(unix)]
 pub mod emulate;
@@ -38,6 +40,8 @@ pub fn dispatch(cli: Cli) -> Result<Exit, Failure> {
         Command::Check(args) => check::check(&args),
         #[cfg(unix)]
         Command::Emulate(args) => emulate::emulate(&args),
+        #[cfg(unix)]
+        Command::Bench(args) => bench::bench(&args),
         #[cfg(unix)]
         Command::Serve(args) => serve::serve(&args),
         Command::Send(args) => send::send(&args),
@@ -130,7 +134,9 @@ fn conclude(
     let (name, failure) = match &outcome.end {
         End::Finished => {
             if summary.axes.iter().all(|axis| axis.v_max == 0.0) {
-                summary.warnings.push("the program moved nothing".to_owned());
+                summary
+                    .warnings
+                    .push("the program moved nothing".to_owned());
             }
             ("finished", None)
         }

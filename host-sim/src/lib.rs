@@ -3,6 +3,8 @@
 //! Comes in: a part program and a machine file. Goes out: a trace of every servo tick, a summary, a report.
 //! Only the public API of [`pentaspline`] is used; `docs/architecture.md` has the whole road.
 
+#[cfg(unix)]
+pub mod bench;
 pub mod cli;
 pub mod commands;
 pub mod diagnostics;

@@ -262,8 +262,9 @@ pub fn meets_the_points(config: &Config, run: &Run, curves: &[Curve]) -> Result<
         });
         if curve.stop || (corners_rest && turns) {
             let exact = bits(config, target);
-            // The tick that lands may already count for the line behind.
-            let landing = &moving[next - 1..moving.len().min(next + 2)];
+            // s(t) is within 2^-54 of the point two ticks before it is declared reached, and those ticks may
+            // already count for the line behind.
+            let landing = &moving[next - 1..moving.len().min(next + 3)];
             if !landing.iter().any(|tick| tick.commanded == exact) {
                 return Err(format!(
                     "line {}: rests on {:?}, programmed {exact:?}",

@@ -1,9 +1,14 @@
 //! The laws of motion on random programs. `PENTASPLINE_CASES=N` runs N programs per law instead of the usual few.
 
+use pentaspline::config::Config;
 use proptest::prelude::*;
 use whole_product_tests::drive::{drive, Run, Script, Sender};
 use whole_product_tests::oracle::path::{path, Curve};
 use whole_product_tests::{examples, generate, laws};
+
+/// Deviation allowed between commanded path and programmed curve, mm or degree. What comes out is the commanded
+/// path rounded to steps, which is a law of its own.
+const DEVIATION: f64 = 0.001;
 
 fn cases(usual: u32) -> ProptestConfig {
     let named = std::env::var("PENTASPLINE_CASES").ok();
@@ -15,46 +20,62 @@ fn cases(usual: u32) -> ProptestConfig {
     }
 }
 
-/// Deviation allowed between commanded path and programmed curve, mm or degree.
-const DEVIATION: f64 = 0.001;
-
-fn ran(text: &str) -> Result<Run, TestCaseError> {
-    let run = drive(&examples::machine().config, &Script::new(text));
+fn ran(text: &str, script: &Script<'_>) -> Result<Run, TestCaseError> {
+    let run = drive(&examples::machine().config, script);
     let complaint = run.remarks().find(|line| line.contains("error"));
-    prop_assert!(complaint.is_none(), "{}\n{text}", complaint.unwrap_or(""));
-    prop_assert!(run.finished, "does not come to an end\n{text}");
+    prop_assert!(complaint.is_none(), "{:?}\n{}", complaint, text);
+    prop_assert!(run.finished, "does not come to an end\n{}", text);
     Ok(run)
 }
 
-fn holds<T>(law: Result<T, String>, text: &str) -> Result<T, TestCaseError> {
-    law.map_err(|broken| TestCaseError::fail(format!("{broken}\n{text}")))
-}
-
-fn last_point(curves: &[Curve]) -> [i64; 5] {
-    curves
-        .last()
-        .and_then(|curve| curve.end)
-        .unwrap_or_default()
+/// Runs `text` and holds `law` against it.
+fn hold(
+    text: &str,
+    law: impl Fn(&Config, &Run, &[Curve]) -> Result<(), String>,
+) -> Result<(), TestCaseError> {
+    let run = ran(text, &Script::new(text))?;
+    law(&examples::machine().config, &run, &path(text))
+        .map_err(|broken| TestCaseError::fail(format!("{broken}\n{text}")))
 }
 
 proptest! {
-    #![proptest_config(cases(150))]
+    #![proptest_config(cases(120))]
 
     #[test]
-    fn limits_steps_end_and_path_hold_on_any_mixture(text in generate::program(10)) {
-        let config = examples::machine().config;
-        let curves = path(&text);
-        let run = ran(&text)?;
-        if curves.is_empty() {
-            prop_assert_eq!(run.moving(), 0);
-            return Ok(());
-        }
-        holds(laws::stays_within_limits(&config, &run, &laws::brisk_lines(&curves), 0.005), &text)?;
-        holds(laws::emits_exactly_the_commanded_steps(&run), &text)?;
-        holds(laws::ends_exactly_on(&run, &laws::bits(&config, &last_point(&curves))), &text)?;
-        holds(laws::never_runs_backwards(&run), &text)?;
-        holds(laws::follows(&config, &run, &curves, DEVIATION), &text)?;
-        holds(laws::meets_the_points(&config, &run, &curves), &text)?;
+    fn no_axis_exceeds_a_limit(text in generate::program(10)) {
+        hold(&text, |config, run, curves| {
+            laws::stays_within_limits(config, run, &laws::brisk_lines(curves), 0.005)
+        })?;
+    }
+
+    #[test]
+    fn the_steps_emitted_are_the_steps_commanded(text in generate::program(10)) {
+        hold(&text, |_, run, _| laws::emits_exactly_the_commanded_steps(run))?;
+    }
+
+    #[test]
+    fn a_run_ends_exactly_on_the_programmed_end(text in generate::program(10)) {
+        hold(&text, |config, run, curves| {
+            let end = curves.last().and_then(|curve| curve.end).unwrap_or_default();
+            laws::ends_exactly_on(run, &laws::bits(config, &end))
+        })?;
+    }
+
+    #[test]
+    fn the_path_is_never_run_backwards(text in generate::program(10)) {
+        hold(&text, |_, run, _| laws::never_runs_backwards(run))?;
+    }
+
+    #[test]
+    fn the_path_is_the_programmed_curve(text in generate::program(10)) {
+        hold(&text, |config, run, curves| {
+            laws::follows(config, run, curves, DEVIATION).map(|_| ())
+        })?;
+    }
+
+    #[test]
+    fn every_programmed_point_is_met(text in generate::program(10)) {
+        hold(&text, laws::meets_the_points)?;
     }
 }
 
@@ -67,15 +88,16 @@ proptest! {
         seed in any::<u64>(),
         poll_every in 1_u64..=20,
     ) {
-        let config = examples::machine().config;
-        let all_at_once = ran(&text)?;
-        let late = Script {
+        let all_at_once = ran(&text, &Script::new(&text))?;
+        let bursts = Script {
             sender: Sender::Bursts { seed, bytes: 600, gap: 10 },
             poll_every,
             ..Script::new(&text)
         };
-        let late = drive(&config, &late);
-        prop_assert!(late.finished, "{}", text);
-        prop_assert_eq!(late.digest, all_at_once.digest, "poll_every {} seed {}\n{}", poll_every, seed, text);
+        let bursts = ran(&text, &bursts)?;
+        prop_assert_eq!(
+            bursts.digest, all_at_once.digest,
+            "poll_every {} seed {}\n{}", poll_every, seed, text
+        );
     }
 }

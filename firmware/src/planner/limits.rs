@@ -116,8 +116,8 @@ pub fn path_limits(
 /// How fast the joint from `before` to `after` may be passed, given the velocity `v` both sides allow.
 ///
 /// A step in q' is a velocity step within one servo tick: `|dq'| v / dt` of acceleration and
-/// `|dq'| v / dt^2` of jerk in the sampled motion; a step in q'' is `|dq''| v^2 / dt` of jerk.
-/// Both must fit into the share of the axis' jerk set aside for joints, or the axis' configured corner
+/// `|dq'| v / dt^2` of jerk in the sampled motion; a step in q'' is `|dq''| v^2 / dt` of jerk; path
+/// acceleration a turned by a step in q' is `|dq'| a / dt`. All must fit into the share of the axis' jerk set aside for joints, or the axis' configured corner
 /// velocity step must cover the first.
 #[must_use]
 pub fn joint(
@@ -132,7 +132,10 @@ pub fn joint(
     for a in 0..AXES {
         let step1 = (after.first[a] - before.first[a]).abs();
         let step2 = (after.second[a] - before.second[a]).abs();
-        let jerk = JOINT_SHARE * axis_jerk(config, a, soft);
+        // Path acceleration changes its direction with the tangent, too. A kink that turns the largest acceleration into
+        // more than the share leaves nothing for passing at speed.
+        let turned = step1 * config.axes[a].a_max * hz;
+        let jerk = (JOINT_SHARE * axis_jerk(config, a, soft) - turned).max(0.0);
         // Positive root of step2 hz v^2 + step1 hz^2 v = jerk, in the form that does not cancel.
         let b = step1 * hz * hz;
         let root = sqrt(b * b + 4.0 * step2 * hz * jerk);
@@ -157,7 +160,9 @@ pub fn joint(
         let step2 = (after.second[a] - before.second[a]).abs();
         let share = JOINT_SHARE * axis_jerk(config, a, soft);
         cost.a[a] = (step1 * allowed * hz).min(0.5 * config.axes[a].a_max);
-        cost.j[a] = (step1 * allowed * hz * hz + step2 * allowed * allowed * hz).min(share);
+        let turned = step1 * config.axes[a].a_max * hz;
+        cost.j[a] =
+            (turned + step1 * allowed * hz * hz + step2 * allowed * allowed * hz).min(share);
     }
     Joint { v: allowed, cost }
 }

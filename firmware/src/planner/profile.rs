@@ -177,8 +177,8 @@ impl View<'_> {
                 let node = self.nodes.get(m.node);
                 let next = self.nodes.get(m.node + 1);
                 let cap = node.exit_v.min(next.limits.v);
-                // The velocity at the joint itself lies up to one tick back.
-                if m.v - m.a.abs() * dt > cap * SLACK {
+                // The tick that crosses the joint counts, and the one before it: the joint lies between.
+                if m.v.max(m.v - m.a * dt) > cap * SLACK {
                     return None;
                 }
                 m.left += next.length;
@@ -376,11 +376,15 @@ impl View<'_> {
             }
             let mut left = ticks;
             while left > 0 {
-                let n = left.min(CHUNK);
-                left -= n;
+                let mut n = left.min(CHUNK);
                 let mut next = state.after(j, n)?;
+                if node < last && next.coordinate() > self.nodes.get(node).length_q {
+                    // Over joints tick by tick.
+                    n = 1;
+                    next = state.after(j, n)?;
+                }
+                left -= n;
                 let v = state.v.max(next.v) as f32 / UNIT * self.hz;
-                let slowest = state.v.min(next.v) as f32 / UNIT * self.hz;
                 let a = next.a.abs() as f32 / UNIT * self.hz * self.hz;
                 let here = self.nodes.get(node).limits;
                 // The release phase may undershoot standstill by the rounding of three integer jerks only.
@@ -393,7 +397,7 @@ impl View<'_> {
                     node += 1;
                     let inside = self.nodes.get(node).limits;
                     if self.nodes.get(node - 1).stop
-                        || slowest > exit.min(inside.v) * 1.0001
+                        || v > exit.min(inside.v) * 1.0001
                         || a > inside.a * 1.001
                         || jerk > inside.j * 1.001
                     {

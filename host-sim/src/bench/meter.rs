@@ -126,8 +126,8 @@ pub fn count(image: &Path, header: &str, program: &str) -> Result<Counts, BenchE
             _ => e.into(),
         })?;
     let mut emulator = Emulator(child);
-    let (Some(mut input), Some(output)) = (emulator.0.stdin.take(), emulator.0.stdout.take())
-    else {
+    let mut input = emulator.0.stdin.take();
+    let Some(output) = emulator.0.stdout.take() else {
         return Err(EmulateError::NoAnswer(PATIENCE).into());
     };
     let (sender, lines) = channel();
@@ -139,7 +139,6 @@ pub fn count(image: &Path, header: &str, program: &str) -> Result<Counts, BenchE
         }
     });
     let text = format!("{header}\n{program}{END_OF_PROGRAM}");
-    let mut text = Some(text);
     let mut counts = Counts::default();
     loop {
         let line = lines.recv_timeout(PATIENCE).map_err(|e| match e {
@@ -150,15 +149,10 @@ pub fn count(image: &Path, header: &str, program: &str) -> Result<Counts, BenchE
         })?;
         let line = String::from_utf8_lossy(&line);
         if line.starts_with("ready") {
-            if let Some(text) = text.take() {
-                // Fails when the child has been killed; nobody waits for it then.
-                thread::spawn(move || input.write_all(text.as_bytes()).and_then(|()| input.flush()));
-                // Dropping `input` would close the emulator's port: the thread keeps it to the last byte, which
-                // is the image's sign that no more follow.
-                input = match emulator.0.stdin.take() {
-                    Some(more) => more,
-                    None => continue,
-                };
+            if let Some(mut input) = input.take() {
+                let text = text.clone();
+                // Fails only when the child has ended, and then there is an error already.
+                thread::spawn(move || input.write_all(text.as_bytes()));
             }
         } else if line.starts_with("end") {
             break;
