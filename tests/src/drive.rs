@@ -12,6 +12,9 @@ use pentaspline::units::AXES;
 
 use crate::rng::Rng;
 
+/// Background calls within one tick after which the core counts as stuck.
+const POLLS_MAX: u32 = 1_000_000;
+
 /// One servo tick as recorded.
 #[derive(Clone, Copy, Debug)]
 pub struct Tick {
@@ -150,9 +153,12 @@ pub fn with_rig(config: &Config, work: impl FnOnce(&mut Rig<'_>)) -> Run {
 
 impl Rig<'_> {
     /// Background work until there is none, and everything said collected; `true` if there was any.
+    ///
+    /// # Panics
+    /// If it never ends.
     pub fn settle(&mut self) -> bool {
         let mut busy = false;
-        loop {
+        for _ in 0..POLLS_MAX {
             let more = self.controller.poll(self.now);
             while let Some(byte) = self.controller.transmit() {
                 self.run.output.push(char::from(byte));
@@ -162,6 +168,7 @@ impl Rig<'_> {
             }
             busy = true;
         }
+        panic!("tick {}: background work never ends", self.now);
     }
 
     /// Bytes onto the wire, and the background work they cause.

@@ -14,7 +14,7 @@ fn cases(usual: u32) -> ProptestConfig {
     let named = std::env::var("PENTASPLINE_CASES").ok();
     ProptestConfig {
         cases: named.and_then(|n| n.parse().ok()).unwrap_or(usual),
-        max_shrink_iters: 400,
+        max_shrink_iters: 200,
         failure_persistence: None,
         ..ProptestConfig::default()
     }

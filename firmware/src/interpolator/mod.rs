@@ -7,18 +7,43 @@
 use crate::geometry::arc::{ServoSegment, Q, S_FRAC, U_FRAC};
 use crate::units::AXES;
 
-/// `(a * b) >> 62`: product with a Q2.62 factor, rounded towards minus infinity.
+/// `(a * b) >> 64`: product with a Q0.64 factor, rounded towards minus infinity. Exact for all `a` and `b`.
+///
+/// High half of an unsigned product from products of 32-bit halves, which no sum of below overflows (each is at most
+/// (2^32 - 1)^2 + 2 (2^32 - 1) = 2^64 - 1); a negative `a` was taken as `a + 2^64`, which is `b` too much.
+/// The same through `i128` costs half as many instructions again: the compiler multiplies sign extensions, too.
 #[inline]
 #[must_use]
-pub fn mul_q(a: i64, b: i64) -> i64 {
-    ((i128::from(a) * i128::from(b)) >> Q) as i64
+pub fn mul_q(a: i64, b: u64) -> i64 {
+    const LOW: u64 = 0xffff_ffff;
+    let (a_low, a_high) = (a as u64 & LOW, a as u64 >> 32);
+    let (b_low, b_high) = (b & LOW, b >> 32);
+    let first = a_low * b_high + ((a_low * b_low) >> 32);
+    let second = a_high * b_low + (first & LOW);
+    let high = a_high * b_high + (first >> 32) + (second >> 32);
+    let excess = b & (a >> 63) as u64;
+    // Signed: for this form the compiler finds the shorter code.
+    (high as i64).wrapping_sub(excess as i64)
 }
 
-/// Path parameter u in Q2.62 at path coordinate `s` (Q10.54) of `segment`.
+/// A Q2.62 number in [0, 1) as the Q0.64 factor of [`mul_q`].
+#[inline]
+fn factor(x: i64) -> u64 {
+    debug_assert!(
+        (0..1 << Q).contains(&x),
+        "{x} is outside of [0, 1) in Q2.62"
+    );
+    (x as u64) << (64 - Q)
+}
+
+/// Path parameter u in Q2.62 at path coordinate `s` (Q10.54) of `segment`, `0 <= s <= length`.
+///
+/// In [0, 1): sigma is, because its factors were rounded down, and u(sigma) rises from 0 to exactly 1 at sigma = 1
+/// while every product here is rounded down.
 #[inline]
 #[must_use]
 pub fn parameter(segment: &ServoSegment, s: i64) -> i64 {
-    let sigma = mul_q(s << segment.shift, segment.inverse);
+    let sigma = factor(mul_q(segment.inverse, factor(s << segment.shift)));
     let c = &segment.u;
     let mut u = c[4];
     for k in (0..4).rev() {
@@ -33,9 +58,11 @@ pub fn parameter(segment: &ServoSegment, s: i64) -> i64 {
 #[inline]
 #[must_use]
 pub fn position(segment: &ServoSegment, s: i64) -> [i64; AXES] {
-    let u1 = parameter(segment, s);
-    let u2 = mul_q(u1, u1);
-    let u3 = mul_q(u2, u1);
+    let u = parameter(segment, s);
+    let u1 = factor(u);
+    let square = mul_q(u, u1);
+    let u2 = factor(square);
+    let u3 = factor(mul_q(square, u1));
     core::array::from_fn(|a| {
         let [a1, a2, a3] = segment.cubic[a];
         segment.start[a] + mul_q(a1, u1) + mul_q(a2, u2) + mul_q(a3, u3)
@@ -128,3 +155,6 @@ impl PathState {
         })
     }
 }
+
+#[cfg(test)]
+mod tests;

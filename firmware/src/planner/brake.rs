@@ -1,6 +1,6 @@
 //! Braking: how far it takes, and exact landings in whole ticks.
 
-use crate::interpolator::PathState;
+use crate::interpolator::{PathState, T_FRAC};
 use crate::units::sqrt;
 
 /// The three phases of a jerk-limited change down to a lower velocity: build up deceleration, hold it, let it go.
@@ -62,7 +62,7 @@ fn effect(n: f64, rest: f64) -> [f64; 3] {
 ///
 /// Planning happens in `f32`; this one step needs more and uses software `f64`, a few hundred operations per stop.
 /// A second pass solves for the exact integer residue of the first; what is left is the rounding of three
-/// jerks, at most n^3/6 units of 2^-70.
+/// jerks, at most n^3/6 units of 2^-70. `None` if that is more than 2^-36 path units (phases of a second and more).
 #[must_use]
 pub fn land(state: &PathState, distance: i128, ticks: [u32; 3]) -> Option<Phases> {
     let n = ticks.map(f64::from);
@@ -94,7 +94,10 @@ pub fn land(state: &PathState, distance: i128, ticks: [u32; 3]) -> Option<Phases
             .0
             .checked_add(round(determinant(&x, &y, &right) / d))?;
     }
-    Some(phases)
+    let end = run(state, &phases)?;
+    let missed = target.checked_sub(end.s)?;
+    const FINE: i128 = 1 << (T_FRAC - 36);
+    (missed.abs() < FINE && end.v.abs() < FINE).then_some(phases)
 }
 
 fn determinant(x: &[f64; 3], y: &[f64; 3], z: &[f64; 3]) -> f64 {
@@ -148,7 +151,6 @@ pub fn hop(distance: i128, m: u32) -> i64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::interpolator::T_FRAC;
 
     fn tick_by_tick(mut state: PathState, phases: &[(i64, u32)]) -> PathState {
         for &(j, n) in phases {

@@ -128,7 +128,8 @@ impl View<'_> {
         if at.v < 0.0 || at.v + rising * rising / (2.0 * limit_j) > here.v * SLACK {
             return false;
         }
-        let mut distance = at.left;
+        // Rounding the phases of a manoeuvre to whole ticks may cost the travel of two.
+        let mut distance = at.left - 2.0 * at.v / self.hz;
         for index in at.node..self.end_of_window() {
             let node = self.nodes.get(index);
             let (a, j) = (PREDICTED * limit_a, PREDICTED * limit_j);
