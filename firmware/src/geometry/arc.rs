@@ -385,6 +385,18 @@ const GAUSS: [(f32, f32); 5] = [
     (0.953_089_9, 0.118_463_44),
 ];
 
+/// Pieces shorter than this are not halved for being rough.
+const ROUGH_MIN: f32 = 1.0e-3;
+
+/// True if an axis turns within the piece by so much that samples may miss a peak of its velocity: over half of its largest
+/// q' between start and end.
+fn is_rough(shape: &PathShape) -> bool {
+    (0..AXES).any(|a| {
+        (shape.end.first[a] - shape.start.first[a]).abs() > 0.5 * shape.bound.first[a].max(0.01)
+            && shape.bound.first[a] > 1.0
+    })
+}
+
 /// Points at which derivative bounds are taken.
 const SAMPLES: usize = 9;
 
@@ -477,6 +489,9 @@ fn build(config: &Config, piece: &Piece, block: u32) -> Built {
         !any_linear,
     );
 
+    if !straight && length > ROUGH_MIN && is_rough(&shape) {
+        return Built::Halve;
+    }
     let shift = (length_q as u64).leading_zeros() - 2;
     let normalised = (length_q as u64) << shift;
     let inverse = ((1_u128 << 124) / u128::from(normalised)).min(i64::MAX as u128) as i64;

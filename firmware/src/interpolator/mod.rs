@@ -9,17 +9,17 @@ use crate::units::AXES;
 
 /// `(a * b) >> 64`: product with a Q0.64 factor, rounded towards minus infinity. Exact for all `a` and `b`.
 ///
-/// High half of an unsigned product from products of 32-bit halves, which no sum of below overflows (each is at most
+/// High half of an unsigned product from products of 32-bit halves, of which no sum below overflows (each is at most
 /// (2^32 - 1)^2 + 2 (2^32 - 1) = 2^64 - 1); a negative `a` was taken as `a + 2^64`, which is `b` too much.
 /// The same through `i128` costs half as many instructions again: the compiler multiplies sign extensions, too.
 #[inline]
 #[must_use]
 pub fn mul_q(a: i64, b: u64) -> i64 {
-    const LOW: u64 = 0xffff_ffff;
-    let (a_low, a_high) = (a as u64 & LOW, a as u64 >> 32);
-    let (b_low, b_high) = (b & LOW, b >> 32);
+    let low = |x: u64| u64::from(x as u32);
+    let (a_low, a_high) = (low(a as u64), a as u64 >> 32);
+    let (b_low, b_high) = (low(b), b >> 32);
     let first = a_low * b_high + ((a_low * b_low) >> 32);
-    let second = a_high * b_low + (first & LOW);
+    let second = a_high * b_low + low(first);
     let high = a_high * b_high + (first >> 32) + (second >> 32);
     let excess = b & (a >> 63) as u64;
     // Signed: for this form the compiler finds the shorter code.
@@ -95,11 +95,11 @@ pub struct Piece {
     pub generation: u32,
 }
 
-/// Fractional bits of s(t) and its differences: 16 more than a path coordinate, so that a landing of
+/// Fractional bits of s(t) and its differences: 18 more than a path coordinate, so that a landing of
 /// thousands of ticks, whose rounding grows with their cube, still ends within 2^-32 step.
 pub const T_FRAC: u32 = S_FRAC + EXTRA;
 
-const EXTRA: u32 = 16;
+const EXTRA: u32 = 18;
 
 /// Path coordinate in Q10.54 as seen by s(t).
 #[must_use]

@@ -62,7 +62,7 @@ fn effect(n: f64, rest: f64) -> [f64; 3] {
 ///
 /// Planning happens in `f32`; this one step needs more and uses software `f64`, a few hundred operations per stop.
 /// A second pass solves for the exact integer residue of the first; what is left is the rounding of three
-/// jerks, at most n^3/6 units of 2^-70. `None` if that is more than 2^-36 path units (phases of a second and more).
+/// jerks, at most n^3/6 units of 2^-72. `None` if that is more than 2^-42 path units (phases of a second and more).
 #[must_use]
 pub fn land(state: &PathState, distance: i128, ticks: [u32; 3]) -> Option<Phases> {
     let n = ticks.map(f64::from);
@@ -96,7 +96,7 @@ pub fn land(state: &PathState, distance: i128, ticks: [u32; 3]) -> Option<Phases
     }
     let end = run(state, &phases)?;
     let missed = target.checked_sub(end.s)?;
-    const FINE: i128 = 1 << (T_FRAC - 36);
+    const FINE: i128 = 1 << (T_FRAC - 42);
     (missed.abs() < FINE && end.v.abs() < FINE).then_some(phases)
 }
 

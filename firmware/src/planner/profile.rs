@@ -19,6 +19,9 @@ const TICKS_MAX: u32 = 10;
 /// Braking is predicted with this share of the limits; the rest absorbs the rounding of phases to whole ticks.
 const PREDICTED: f32 = 0.97;
 
+/// Velocity limits ahead that a braking manoeuvre is tried for.
+const TRIES: u32 = 8;
+
 /// Slack on velocity comparisons, relative.
 const SLACK: f32 = 1.0 + 2.0e-6;
 
@@ -254,8 +257,8 @@ impl View<'_> {
         Decision::Go((jerk * scale) as i64, ticks)
     }
 
-    /// The braking manoeuvre that keeps the motion safe: to the nearest velocity limit ahead from which
-    /// everything behind it is still met, or, always possible, to rest.
+    /// The braking manoeuvre that keeps the motion safe: to a velocity limit ahead from which everything
+    /// behind it is still met; failing that, to a share of the velocity; and, always possible, to rest.
     fn slow_down(&self) -> Phases {
         let at = self.motion();
         let here = self.nodes.get(at.node).limits;
@@ -267,14 +270,18 @@ impl View<'_> {
             return phases;
         }
         let mut distance = at.left;
+        let mut lowest = peak;
+        let mut tries = 0;
         for index in at.node..self.end_of_window() {
             let node = self.nodes.get(index);
             let next = self.nodes.get(index + 1);
             let cap = node.exit_v.min(next.limits.v);
-            if node.stop {
+            if node.stop || tries >= TRIES {
                 break;
             }
-            if cap < peak {
+            if cap < lowest {
+                lowest = cap;
+                tries += 1;
                 if let Some(phases) = self.manoeuvre(&at, cap, limit_a, limit_j) {
                     return phases;
                 }
@@ -286,7 +293,10 @@ impl View<'_> {
             limit_a = limit_a.min(next.limits.a);
             limit_j = limit_j.min(next.limits.j);
         }
-        self.halt().0
+        [0.75, 0.5, 0.25]
+            .iter()
+            .find_map(|share| self.manoeuvre(&at, share * at.v.min(lowest), limit_a, limit_j))
+            .unwrap_or_else(|| self.halt().0)
     }
 
     /// Down to `to` and zero acceleration, if that keeps every limit on the way and ends safe.
@@ -389,7 +399,7 @@ impl View<'_> {
                 let a = next.a.abs() as f32 / UNIT * self.hz * self.hz;
                 let here = self.nodes.get(node).limits;
                 // The release phase may undershoot standstill by the rounding of three integer jerks only.
-                if v > here.v * 1.0001 || a > here.a * 1.001 || next.v < -(1 << 24) {
+                if v > here.v * 1.0001 || a > here.a * 1.001 || next.v < -(1 << 26) {
                     return None;
                 }
                 while node < last && next.coordinate() > self.nodes.get(node).length_q {
