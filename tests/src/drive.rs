@@ -105,7 +105,7 @@ impl<'a> Script<'a> {
             text,
             events: Vec::new(),
             sender: Sender::Full,
-            limit: 4_000_000,
+            limit: 2_000_000,
             auto_start: true,
             poll_every: 1,
         }

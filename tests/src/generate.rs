@@ -1,8 +1,8 @@
 //! Random programs: mixtures of everything that moves, in text as a post-processor would write it.
 //!
 //! Coordinates are written with three decimals. Splines never repeat a point and never turn back on themselves
-//! in a line (a cusp is an error of the program, not of the path), lengths run from 0.001 to 60 mm, feeds from
-//! 60 to 20000 mm/min; rotary axes move by degrees, because theirs run at one degree per second.
+//! in a line (a cusp is an error of the program, not of the path), lengths run from 0.001 to 30 mm, feeds from
+//! 500 to 20000 mm/min; rotary axes move by degrees, because theirs run at one degree per second.
 
 use std::fmt::Write;
 
@@ -74,7 +74,7 @@ fn spline_steps() -> impl Strategy<Value = Vec<(Step, u8)>> {
 fn piece() -> impl Strategy<Value = Piece> {
     let condition = |auto, nat, tan| prop_oneof![Just(auto), Just(nat), Just(tan)];
     prop_oneof![
-        3 => (any::<bool>(), prop::bool::weighted(0.2), prop::collection::vec(step(0.0, 4.8, 3.1), 1..5))
+        3 => (any::<bool>(), prop::bool::weighted(0.2), prop::collection::vec(step(0.0, 4.5, 3.1), 1..5))
             .prop_map(|(rapid, stop, steps)| Piece::Lines(rapid, stop, steps)),
         1 => (Just(false), Just(false), prop::collection::vec(step(0.0, 2.0, 0.3), 5..40))
             .prop_map(|(rapid, stop, steps)| Piece::Lines(rapid, stop, steps)),
@@ -90,7 +90,7 @@ fn piece() -> impl Strategy<Value = Piece> {
             Just("G60"), Just("G64"), Just("SOFT"), Just("M8"), Just("M9"), Just("G4 F0.05"),
             Just("S1000 M3"), Just("M0"), Just("T5 M6"), Just(""), Just("; nothing"),
         ].prop_map(Piece::Word),
-        2 => magnitude(1.8, 4.3).prop_map(|f| Piece::Feed(f as u32)),
+        2 => magnitude(2.7, 4.3).prop_map(|f| Piece::Feed(f as u32)),
     ]
 }
 

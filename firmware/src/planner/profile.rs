@@ -19,6 +19,9 @@ const TICKS_MAX: u32 = 10;
 /// Braking is predicted with this share of the limits; the rest absorbs the rounding of phases to whole ticks.
 const PREDICTED: f32 = 0.97;
 
+/// Longest phase of a braking manoeuvre, ticks; checking one takes time in proportion.
+const MANOEUVRE_MAX: u32 = 8192;
+
 /// Velocity limits ahead that a braking manoeuvre is tried for.
 const TRIES: u32 = 8;
 
@@ -304,6 +307,9 @@ impl View<'_> {
         let time = brake(at.v, at.a, to, limit_a, limit_j).time;
         let ticks = time.map(|t| libm::ceilf(t * self.hz) as u32);
         let ticks = [ticks[0], ticks[1], ticks[2].max(1)];
+        if ticks.iter().any(|&n| n > MANOEUVRE_MAX) {
+            return None;
+        }
         let target = (to / self.hz * UNIT) as i128;
         let phases = if ticks[0] == 0 {
             // Only the release is left; where that leads is given.

@@ -1,7 +1,7 @@
 //! The report: one HTML file that shows a run and needs nothing but a browser.
 //!
 //! In: one [`TickRecord`] per servo tick, and what the runner knows about the run as a whole ([`ReportData`]).
-//! Out: [`write`]. Memory does not grow with the length of a run: curves are reduced while they arrive to a
+//! Out: [`write()`]. Memory does not grow with the length of a run: curves are reduced while they arrive to a
 //! minimum/maximum envelope (a peak of a single tick is never lost), paths to polylines within a tolerance.
 //! Velocity, acceleration and jerk are differences of the commanded Q32.32 positions, taken in integers.
 
