@@ -87,7 +87,7 @@ fn piece() -> impl Strategy<Value = Piece> {
         )
             .prop_map(|(kind, begin, end, degree, steps)| Piece::Spline(kind, begin, end, degree, steps)),
         3 => prop_oneof![
-            Just("G60"), Just("G64"), Just("SOFT"), Just("M8"), Just("M9"), Just("G4 F0.05"),
+            Just("G60"), Just("G64"), Just("SOFT"), Just("BRISK"), Just("M8"), Just("M9"), Just("G4 F0.05"),
             Just("S1000 M3"), Just("M0"), Just("T5 M6"), Just(""), Just("; nothing"),
         ].prop_map(Piece::Word),
         2 => magnitude(2.7, 4.3).prop_map(|f| Piece::Feed(f as u32)),
@@ -97,6 +97,12 @@ fn piece() -> impl Strategy<Value = Piece> {
 /// A whole program of up to `pieces` pieces.
 pub fn program(pieces: usize) -> impl Strategy<Value = String> {
     prop::collection::vec(piece(), 1..=pieces).prop_map(|pieces| write(&pieces))
+}
+
+/// At most 5 degrees per mm: a tangent taken over from a steeper step (`BTAN`) would swing a spline out of the travel.
+fn turned(rotary: i64, length: f64) -> i64 {
+    let most = (5.0 * length) as i64 + 1;
+    rotary.clamp(-most, most)
 }
 
 /// Writes the pieces out.
@@ -122,8 +128,8 @@ fn write(pieces: &[Piece]) -> String {
             (length * heading.cos()).round() as i64,
             (length * heading.sin()).round() as i64,
             (length * climb).round() as i64,
-            step.rotary[0],
-            step.rotary[1],
+            turned(step.rotary[0], length),
+            turned(step.rotary[1], length),
         ];
         if by[..3] == [0, 0, 0] {
             at[0] += 1;

@@ -38,6 +38,21 @@ fn hold(
         .map_err(|broken| TestCaseError::fail(format!("{broken}\n{text}")))
 }
 
+/// Steeper than the random programs are: the path is a micrometre long while an axis turns by most of a degree.
+#[test]
+fn rotary_axes_beside_a_tiny_linear_move_keep_their_limits() {
+    for text in [
+        "G1 X0.003 A-0.044 F1500\nX0.004 C0.060\nM30\n",
+        "G1 X0.001 A-0.713 C0.844 F1500\nX0.002 C0.843\nX0.005\nM30\n",
+    ] {
+        let config = examples::machine().config;
+        let run = drive(&config, &Script::new(text));
+        assert!(run.finished);
+        laws::stays_within_limits(&config, &run, &laws::brisk_lines(&path(text)), 0.005)
+            .unwrap_or_else(|broken| panic!("{broken}\n{text}"));
+    }
+}
+
 proptest! {
     #![proptest_config(cases(120))]
 

@@ -45,19 +45,19 @@ pub enum GeometryErrorKind {
 }
 
 impl GeometryError {
-    /// Number of this error on the wire (`error:N`); the geometry stage owns 100..=119.
+    /// Number of this error on the wire (`error:N`); the geometry stage owns 150..=169.
     #[must_use]
     pub fn code(&self) -> u16 {
         match self.kind {
-            GeometryErrorKind::OutOfRange { .. } => 100,
-            GeometryErrorKind::NotFinite => 101,
-            GeometryErrorKind::Feed => 102,
-            GeometryErrorKind::G6Gap { .. } => 103,
-            GeometryErrorKind::G6Length => 104,
-            GeometryErrorKind::Degree => 105,
-            GeometryErrorKind::Weight => 106,
-            GeometryErrorKind::KnotInterval => 107,
-            GeometryErrorKind::NotDrained => 108,
+            GeometryErrorKind::OutOfRange { .. } => 150,
+            GeometryErrorKind::NotFinite => 151,
+            GeometryErrorKind::Feed => 152,
+            GeometryErrorKind::G6Gap { .. } => 153,
+            GeometryErrorKind::G6Length => 154,
+            GeometryErrorKind::Degree => 155,
+            GeometryErrorKind::Weight => 156,
+            GeometryErrorKind::KnotInterval => 157,
+            GeometryErrorKind::NotDrained => 158,
         }
     }
 }

@@ -106,7 +106,7 @@ impl<'a> Servo<'a> {
             if piece.generation == self.generation && piece.ticks > 0 {
                 self.run = Run::Piece(piece);
                 self.left = piece.ticks;
-                self.shared.resting.store(false, Relaxed);
+                self.shared.moving.store(true, Relaxed);
                 return;
             }
         }
@@ -136,7 +136,7 @@ impl<'a> Servo<'a> {
     }
 
     fn rest(&mut self) {
-        if self.run != Run::Rest || !self.shared.resting.load(Relaxed) {
+        if self.run != Run::Rest || self.shared.moving.load(Relaxed) {
             self.run = Run::Rest;
             self.announce_rest();
         }
@@ -148,7 +148,7 @@ impl<'a> Servo<'a> {
             wide.store(position);
         }
         self.shared.feed.store(0, Relaxed);
-        self.shared.resting.store(true, Release);
+        self.shared.moving.store(false, Release);
     }
 
     /// Moves to the segment the path coordinate lies in and evaluates it.
@@ -242,8 +242,9 @@ impl<'a> Servo<'a> {
         self.shared.executed.store(self.executed, Release);
     }
 
+    /// Path velocity to 2^-30 units per tick: 32 bits convert in hardware, 128 would not.
     fn feed(&self) -> f32 {
-        self.state.v as f32 * (self.hz / (1_u128 << T_FRAC) as f32)
+        (self.state.v >> (T_FRAC - 30)) as i32 as f32 * (self.hz / (1_u32 << 30) as f32)
     }
 
     /// What the last tick did.

@@ -1,7 +1,7 @@
 //! What the servo interrupt tells the background, and the two requests that go the other way.
 //!
 //! Single words only: each is written by one side and read by the other. Values that take more than a word
-//! (position, path coordinate) are written before `resting` is set and read only while it is.
+//! (position, path coordinate) are written before `moving` is cleared and read only while it is.
 
 use core::sync::atomic::{AtomicBool, AtomicI32, AtomicU32, Ordering};
 
@@ -40,7 +40,7 @@ impl Wide {
     }
 }
 
-/// The mailbox.
+/// The mailbox. All zero at power-up, so that a static machine takes no space in flash.
 #[derive(Debug)]
 pub(crate) struct Shared {
     /// Ticks in motion so far, wrapping.
@@ -49,8 +49,8 @@ pub(crate) struct Shared {
     pub(crate) sequence: AtomicU32,
     /// Counts escapes: pieces of an older generation are void.
     pub(crate) generation: AtomicU32,
-    /// No piece is running.
-    pub(crate) resting: AtomicBool,
+    /// A piece is running.
+    pub(crate) moving: AtomicBool,
     /// Path coordinate at rest.
     pub(crate) rest_s: Wider,
     /// Commanded position at rest, Q32.32 steps.
@@ -73,7 +73,7 @@ impl Shared {
             executed: AtomicU32::new(0),
             sequence: AtomicU32::new(0),
             generation: AtomicU32::new(0),
-            resting: AtomicBool::new(true),
+            moving: AtomicBool::new(false),
             rest_s: Wider([Wide::new(), Wide::new()]),
             rest_position: [const { Wide::new() }; AXES],
             emitted: [const { AtomicI32::new(0) }; AXES],

@@ -152,7 +152,11 @@ pub fn joint(
         allowed = allowed.min(smooth.max(corner));
     }
     if allowed < STOP_SHARE * v {
-        allowed = 0.0;
+        // The joint is a stop: nothing is passed, nothing is taken.
+        return Joint {
+            v: 0.0,
+            cost: JointCost::default(),
+        };
     }
     let mut cost = JointCost::default();
     for a in 0..AXES {

@@ -203,7 +203,7 @@ impl<'a> Planner<'a> {
     #[must_use]
     pub fn at_rest(&self) -> bool {
         self.shared.executed.load(Acquire) == self.planned
-            && self.shared.resting.load(Acquire)
+            && !self.shared.moving.load(Acquire)
             && self.shared.generation.load(Acquire) == self.generation
     }
 
@@ -312,7 +312,7 @@ impl<'a> Planner<'a> {
 
     /// After an escape: takes up the state the interrupt came to rest in.
     fn resynchronise(&mut self) -> bool {
-        if !self.shared.resting.load(Acquire) {
+        if self.shared.moving.load(Acquire) {
             return false;
         }
         self.generation = self.shared.generation.load(Acquire);

@@ -24,6 +24,8 @@ pub struct StepGenerator {
     negative: [bool; AXES],
     /// Slots kept free before the first edge after a change of direction.
     turn_slots: u32,
+    /// Share of the tick that is left then, Q16.
+    turn_share: u32,
 }
 
 impl StepGenerator {
@@ -31,11 +33,13 @@ impl StepGenerator {
     /// first `2 * pulse_slots + dir_setup_slots` slots of the frame stay free of edges.
     #[must_use]
     pub fn new(position: [i64; AXES], pulse_slots: u16, dir_setup_slots: u16) -> Self {
-        let turn_slots = 2 * u32::from(pulse_slots) + u32::from(dir_setup_slots);
+        let slots = u32::from(SLOTS);
+        let turn_slots = (2 * u32::from(pulse_slots) + u32::from(dir_setup_slots)).min(slots / 2);
         Self {
             position,
             negative: [false; AXES],
-            turn_slots: turn_slots.min(u32::from(SLOTS) / 2),
+            turn_slots,
+            turn_share: ((slots - turn_slots) << 16) / slots,
         }
     }
 
@@ -91,8 +95,7 @@ impl StepGenerator {
         };
         if negative != self.negative[axis] {
             self.negative[axis] = negative;
-            let rest = u64::from(u32::from(SLOTS) - self.turn_slots);
-            let squeeze = |x: u32| (u64::from(x) * rest / u64::from(SLOTS)) as u32;
+            let squeeze = |x: u32| ((u64::from(x) * u64::from(self.turn_share)) >> 16) as u32;
             edges.first = (self.turn_slots << 16) + squeeze(edges.first);
             edges.pitch = squeeze(edges.pitch);
         }
