@@ -244,7 +244,8 @@ impl<'a> Servo<'a> {
 
     /// Path velocity to 2^-30 units per tick: 32 bits convert in hardware, 128 would not.
     fn feed(&self) -> f32 {
-        (self.state.v >> (T_FRAC - 30)) as i32 as f32 * (self.hz / (1_u32 << 30) as f32)
+        ((self.state.v + (1 << (T_FRAC - 31))) >> (T_FRAC - 30)) as i32 as f32
+            * (self.hz / (1_u32 << 30) as f32)
     }
 
     /// What the last tick did.
