@@ -299,11 +299,38 @@ impl View<'_> {
         [0.75, 0.5, 0.25]
             .iter()
             .find_map(|share| self.manoeuvre(&at, share * at.v.min(lowest), limit_a, limit_j))
+            // Every way of braking begins by letting the acceleration go, with the jerk allowed here and
+            // beyond the next joint.
+            .or_else(|| {
+                let j = here.j.min(self.nodes.get(at.node + 1).limits.j);
+                let peak = at.v + rising * rising / (2.0 * j);
+                let (phases, ..) = self.shape(&at, peak, here.a, j)?;
+                (rising > 0.0).then_some(phases)
+            })
             .unwrap_or_else(|| self.halt().0)
     }
 
     /// Down to `to` and zero acceleration, if that keeps every limit on the way and ends safe.
     fn manoeuvre(&self, at: &Motion, to: f32, limit_a: f32, limit_j: f32) -> Option<Phases> {
+        let (phases, state, cursor) = self.shape(at, to, limit_a, limit_j)?;
+        let view = View {
+            nodes: self.nodes,
+            cursor,
+            state,
+            hz: self.hz,
+        };
+        view.safe(view.motion()).then_some(phases)
+    }
+
+    /// Phases down to `to` and zero acceleration that keep every limit on the way; the state and the node they
+    /// end in.
+    fn shape(
+        &self,
+        at: &Motion,
+        to: f32,
+        limit_a: f32,
+        limit_j: f32,
+    ) -> Option<(Phases, PathState, usize)> {
         let time = brake(at.v, at.a, to, limit_a, limit_j).time;
         let ticks = time.map(|t| libm::ceilf(t * self.hz) as u32);
         let ticks = [ticks[0], ticks[1], ticks[2].max(1)];
@@ -320,13 +347,7 @@ impl View<'_> {
             slow(&self.state, target, ticks)?
         };
         let (end, node) = self.follow(&phases, self.end_of_window() - 1)?;
-        let view = View {
-            nodes: self.nodes,
-            cursor: node,
-            state: end,
-            hz: self.hz,
-        };
-        view.safe(view.motion()).then_some(phases)
+        Some((phases, end, node))
     }
 
     fn try_hop(&self, stop: &StopAhead) -> Option<Phases> {
