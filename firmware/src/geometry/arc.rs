@@ -23,6 +23,9 @@ pub const FEED_TOLERANCE: f32 = 1.0e-5;
 /// Fractional bits of the path coordinate s: 2^-54 mm, range 512 mm per segment.
 pub const S_FRAC: u32 = 54;
 
+/// Degrees per millimetre from which on the path is measured in degrees.
+const ROTARY_RATIO: f32 = 30.0;
+
 /// Longest segment in path units; longer ones are halved.
 const LENGTH_MAX: f32 = 250.0;
 
@@ -89,8 +92,10 @@ pub struct PathShape {
     pub start: PathDerivatives,
     /// At s = L.
     pub end: PathDerivatives,
-    /// True if s counts degrees (no linear axis moves).
+    /// True if s counts degrees: no linear axis moves, or so little that rotary motion is what takes the time.
     pub rotary_only: bool,
+    /// Path units per unit of what the feed refers to: 1, but where s counts degrees although linear axes move.
+    pub feed_scale: f32,
 }
 
 /// Why a curve cannot be made constant-speed.
@@ -438,8 +443,16 @@ fn build(config: &Config, piece: &Piece, block: u32) -> Built {
         let kind = usize::from(config.axes[a].kind == AxisKind::Rotary);
         extent[kind] = extent[kind].max(size);
     }
-    // Where linear motion vanishes while rotary axes turn, the path is measured in degrees.
-    let any_linear = extent[0] > TINY || extent[1] == 0.0 || (extent[0] > 0.0 && extent[1] <= TINY);
+    // Where linear motion all but vanishes while rotary axes turn, the path is measured in degrees: a unit of s would
+    // otherwise move an axis by more than positions resolve.
+    let any_linear = extent[1] == 0.0
+        || (extent[0] > 0.0 && extent[1] <= TINY)
+        || (extent[0] > TINY && extent[1] < ROTARY_RATIO * extent[0]);
+    let feed_scale = if any_linear || extent[0] == 0.0 {
+        1.0
+    } else {
+        extent[1] / extent[0]
+    };
     straight |= extent[0] <= TINY && extent[1] <= TINY;
     for a in 0..AXES {
         curve.counts[a] = (config.axes[a].kind == AxisKind::Linear) == any_linear;
@@ -481,7 +494,7 @@ fn build(config: &Config, piece: &Piece, block: u32) -> Built {
             None => return Built::Halve,
         }
     };
-    let shape = shape_of(
+    let mut shape = shape_of(
         &curve,
         &u.map(|c| c as f32 * (1.0 / ONE)),
         length,
@@ -489,6 +502,7 @@ fn build(config: &Config, piece: &Piece, block: u32) -> Built {
         !any_linear,
     );
 
+    shape.feed_scale = feed_scale;
     if !straight && length > ROUGH_MIN && is_rough(&shape) {
         return Built::Halve;
     }
@@ -565,6 +579,7 @@ fn shape_of(
             start,
             end: start,
             rotary_only,
+            feed_scale: 1.0,
         };
     }
     let mut at = [start; SAMPLES];
@@ -596,5 +611,6 @@ fn shape_of(
         start,
         end: at[SAMPLES - 1],
         rotary_only,
+        feed_scale: 1.0,
     }
 }

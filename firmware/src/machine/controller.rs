@@ -452,8 +452,8 @@ impl<'a> Controller<'a> {
         }
     }
 
-    /// Refuses the line that led here. What was accepted before runs to its end; nothing after it moves until `~` or
-    /// a reset.
+    /// Refuses the line that led here. Segments already finished run to their end; the window of an open spline, whose
+    /// course the bad line leaves unknown, is dropped. Nothing after the line moves until `~` or a reset.
     fn refuse(&mut self, line: u32, column: u16, code: u16, text: core::fmt::Arguments<'_>) {
         self.say(format_args!(
             "[MSG:error line {line} column {column}: {text}]\r\nerror:{code}\r\n"

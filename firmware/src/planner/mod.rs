@@ -126,7 +126,7 @@ impl<'a> Planner<'a> {
             config,
             shape,
             length,
-            order.feed,
+            order.feed * shape.feed_scale,
             order.soft,
             &[JointCost::default(); 2],
         );
@@ -167,7 +167,7 @@ impl<'a> Planner<'a> {
             config,
             shape,
             length,
-            order.feed,
+            order.feed * shape.feed_scale,
             order.soft,
             &[*entry, *exit],
         );

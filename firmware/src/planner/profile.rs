@@ -19,6 +19,9 @@ const TICKS_MAX: u32 = 10;
 /// Braking is predicted with this share of the limits; the rest absorbs the rounding of phases to whole ticks.
 const PREDICTED: f32 = 0.97;
 
+/// From this share of the velocity limit on the motion cruises: closing the rest would only dither.
+const CRUISE: f32 = 1.0 - 1.0e-5;
+
 /// Longest phase of a braking manoeuvre, ticks; checking one takes time in proportion.
 const MANOEUVRE_MAX: u32 = 8192;
 
@@ -242,6 +245,8 @@ impl View<'_> {
         let ok = |jerk: f32| self.probe(start, jerk, ticks).is_some_and(|m| self.safe(m));
         let jerk = if high >= low && ok(high) {
             high
+        } else if high >= low && start.v >= limits.v * CRUISE && ok(low) {
+            low
         } else if high >= low && start.a >= 0.0 && ok(low) {
             let (mut good, mut bad) = (low, high);
             for _ in 0..12 {
