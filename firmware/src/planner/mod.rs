@@ -135,7 +135,8 @@ impl<'a> Planner<'a> {
             if before.order.exact_stop || before.shape.rotary_only != shape.rotary_only {
                 self.complete(config, &before, 0.0, &JointCost::default());
             } else {
-                let soft = before.order.soft && order.soft;
+                // A joint of jerk-limited motion with any other is jerk-limited.
+                let soft = before.order.soft || order.soft;
                 let v = before.v.min(alone.v);
                 let joint = joint(config, &before.shape.end, &shape.start, v, soft);
                 entry = joint.cost;

@@ -19,6 +19,9 @@ const TICKS_MAX: u32 = 10;
 /// Braking is predicted with this share of the limits; the rest absorbs the rounding of phases to whole ticks.
 const PREDICTED: f32 = 0.97;
 
+/// Acceleration below this share of the limit counts as none: what rounding leaves after a manoeuvre.
+const NO_ACCELERATION: f32 = 1.0e-5;
+
 /// From this share of the velocity limit on the motion cruises: closing the rest would only dither.
 const CRUISE: f32 = 1.0 - 1.0e-5;
 
@@ -237,7 +240,14 @@ impl View<'_> {
             // A rest-to-rest move over this distance takes about 4 cbrt(D / 2 J).
             scale = scale.min(libm::cbrtf(stop.distance.max(0.0) / (2.0 * stop.j)));
         }
-        let ticks = ((scale * self.hz * 0.125) as u32).clamp(1, TICKS_MAX);
+        // Nothing builds up while cruising, or at the limit of acceleration.
+        let steady = (start.v >= limits.v * CRUISE && start.a.abs() <= NO_ACCELERATION * limits.a)
+            || start.a >= 0.999 * limits.a;
+        let ticks = if steady {
+            TICKS_MAX
+        } else {
+            ((scale * self.hz * 0.125) as u32).clamp(1, TICKS_MAX)
+        };
         let time = ticks as f32 / self.hz;
         let high = limits.j.min((limits.a - start.a) / time);
         // The least jerk worth trying: keeps the velocity, or releases the acceleration.

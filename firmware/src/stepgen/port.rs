@@ -230,11 +230,9 @@ mod tests {
                     let gaps = u32::from(count - 1);
                     let slack = room - gaps * pitch_min;
                     let first_at = ((u64::from(slack) * u64::from(start)) >> 16) as u32;
-                    let pitch_more = if gaps == 0 {
-                        0
-                    } else {
-                        ((u64::from((slack - first_at) / gaps) * u64::from(stretch)) >> 16) as u32
-                    };
+                    let pitch_more = (slack - first_at).checked_div(gaps).map_or(0, |each| {
+                        ((u64::from(each) * u64::from(stretch)) >> 16) as u32
+                    });
                     let pitch = pitch_min + pitch_more;
                     frame.axes[a] = AxisSteps {
                         count,

@@ -81,11 +81,14 @@ pub fn spline(config: &Config, knots: u32, pitch: f64, feed: f64) -> String {
 /// The same path as [`spline`] without the rotary axes, which are slow on the machine an image is built for.
 #[must_use]
 pub fn plane_spline(config: &Config, knots: u32, pitch: f64, feed: f64) -> String {
+    // An address with its number; keywords begin with the same letters.
     let rotary = |word: &str| {
-        config
-            .axes
-            .iter()
-            .any(|axis| axis.kind == AxisKind::Rotary && word.starts_with(char::from(axis.letter)))
+        config.axes.iter().any(|axis| {
+            axis.kind == AxisKind::Rotary
+                && word
+                    .strip_prefix(char::from(axis.letter))
+                    .is_some_and(|number| !number.starts_with(char::is_alphabetic))
+        })
     };
     spline(config, knots, pitch, feed)
         .lines()

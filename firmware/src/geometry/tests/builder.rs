@@ -198,7 +198,7 @@ fn error_numbers_are_distinct() {
     for (index, kind) in kinds.into_iter().enumerate() {
         assert_eq!(
             usize::from(crate::geometry::GeometryError { block: 1, kind }.code()),
-            100 + index
+            150 + index
         );
     }
 }
