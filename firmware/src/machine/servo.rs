@@ -102,6 +102,10 @@ impl<'a> Servo<'a> {
 
     /// Picks what comes after a finished run.
     fn next_run(&mut self) {
+        if self.run == Run::Rest && !self.shared.ready.load(Acquire) {
+            // The first pieces of a path may be short; starting on them would outrun the planner.
+            return;
+        }
         while let Some(piece) = self.pieces.dequeue() {
             if piece.generation == self.generation && piece.ticks > 0 {
                 self.run = Run::Piece(piece);
@@ -138,6 +142,7 @@ impl<'a> Servo<'a> {
     fn rest(&mut self) {
         if self.run != Run::Rest || self.shared.moving.load(Relaxed) {
             self.run = Run::Rest;
+            self.shared.ready.store(false, Relaxed);
             self.announce_rest();
         }
     }

@@ -51,6 +51,8 @@ pub(crate) struct Shared {
     pub(crate) generation: AtomicU32,
     /// A piece is running.
     pub(crate) moving: AtomicBool,
+    /// From rest, motion may begin: the planner is ahead far enough, or has planned all there is.
+    pub(crate) ready: AtomicBool,
     /// Path coordinate at rest.
     pub(crate) rest_s: Wider,
     /// Commanded position at rest, Q32.32 steps.
@@ -74,6 +76,7 @@ impl Shared {
             sequence: AtomicU32::new(0),
             generation: AtomicU32::new(0),
             moving: AtomicBool::new(false),
+            ready: AtomicBool::new(false),
             rest_s: Wider([Wide::new(), Wide::new()]),
             rest_position: [const { Wide::new() }; AXES],
             emitted: [const { AtomicI32::new(0) }; AXES],

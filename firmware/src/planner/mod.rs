@@ -9,7 +9,7 @@ pub mod limits;
 pub mod nodes;
 pub mod profile;
 
-use core::sync::atomic::Ordering::{Acquire, Relaxed};
+use core::sync::atomic::Ordering::{Acquire, Relaxed, Release};
 
 use heapless::spsc::Producer;
 
@@ -178,6 +178,7 @@ impl<'a> Planner<'a> {
             limits,
             exit_v,
             stop: exit_v <= 0.0,
+            brisk: !order.soft,
         });
     }
 
@@ -255,6 +256,15 @@ impl<'a> Planner<'a> {
 
     /// Plans at most one decision further; `true` if something was done.
     pub fn advance(&mut self, config: &Config) -> bool {
+        let more = self.decide(config);
+        if !more {
+            // Far enough ahead, or at the end of what is known: motion may begin.
+            self.shared.ready.store(true, Release);
+        }
+        more
+    }
+
+    fn decide(&mut self, config: &Config) -> bool {
         let driven = self.shared.sequence.load(Acquire);
         while self.first != driven && !self.nodes.is_empty() && self.cursor > 0 {
             self.nodes.pop();
@@ -373,6 +383,7 @@ impl<'a> Planner<'a> {
 
     fn cross_joints(&mut self) {
         while self.cursor + 1 < self.nodes.len()
+            && !self.nodes.get(self.cursor).stop
             && self.state.coordinate() >= self.nodes.get(self.cursor).length_q
         {
             self.state.s -= widen(self.nodes.get(self.cursor).length_q);

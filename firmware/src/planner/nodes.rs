@@ -18,6 +18,8 @@ pub struct Node {
     pub exit_v: f32,
     /// The path comes to rest at its end.
     pub stop: bool,
+    /// Limited in acceleration, not in jerk.
+    pub brisk: bool,
 }
 
 const EMPTY: Node = Node {
@@ -30,6 +32,7 @@ const EMPTY: Node = Node {
     },
     exit_v: 0.0,
     stop: true,
+    brisk: false,
 };
 
 /// Ring of nodes, oldest first.

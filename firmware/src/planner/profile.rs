@@ -240,9 +240,9 @@ impl View<'_> {
             // A rest-to-rest move over this distance takes about 4 cbrt(D / 2 J).
             scale = scale.min(libm::cbrtf(stop.distance.max(0.0) / (2.0 * stop.j)));
         }
-        // Nothing builds up while cruising, or at the limit of acceleration.
+        // Nothing builds up while cruising, nor at the limit of acceleration where jerk is no matter.
         let steady = (start.v >= limits.v * CRUISE && start.a.abs() <= NO_ACCELERATION * limits.a)
-            || start.a >= 0.999 * limits.a;
+            || (start.a >= 0.999 * limits.a && self.nodes.get(self.cursor).brisk);
         let ticks = if steady {
             TICKS_MAX
         } else {
@@ -366,6 +366,10 @@ impl View<'_> {
     }
 
     fn try_hop(&self, stop: &StopAhead) -> Option<Phases> {
+        if stop.distance_q <= 0 {
+            // Rounding has carried the motion onto the stop.
+            return Some([(0, 1), (0, 0), (0, 1)]);
+        }
         let time = libm::cbrtf(stop.distance / (2.0 * stop.j));
         let m = libm::ceilf(time * self.hz).max(1.0);
         let j = stop.distance / (2.0 * m * m * m);
