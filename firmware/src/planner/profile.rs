@@ -7,6 +7,7 @@
 //! ([`super::brake::land`], [`super::brake::hop`]).
 
 use super::brake::{brake, hop, land, slow, Phases};
+use super::limits::PathLimits;
 use super::nodes::Nodes;
 use crate::interpolator::{widen, PathState, T_FRAC};
 
@@ -97,6 +98,17 @@ impl View<'_> {
 
     fn end_of_window(&self) -> usize {
         (self.cursor + LOOK_AHEAD + 1).min(self.nodes.len())
+    }
+
+    /// Limits behind the joint at the end of node `index`; its own where the path stops there. What lies behind a
+    /// stop may or may not have come yet, and must not be looked at.
+    fn beyond(&self, index: usize) -> PathLimits {
+        let node = self.nodes.get(index);
+        if node.stop || index + 1 >= self.end_of_window() {
+            node.limits
+        } else {
+            self.nodes.get(index + 1).limits
+        }
     }
 
     /// True if enough is known ahead: a stop inside the window, or a full window. Decisions then do not
@@ -231,11 +243,8 @@ impl View<'_> {
         let start = self.motion();
         let limits = self.nodes.get(self.cursor).limits;
         // Short against the time the acceleration takes to build up, here and in the next segment.
-        let next = self.nodes.get(self.cursor + 1).limits;
-        let mut scale = limits.a / limits.j;
-        if next.j > 0.0 {
-            scale = scale.min(next.a / next.j);
-        }
+        let next = self.beyond(self.cursor);
+        let mut scale = (limits.a / limits.j).min(next.a / next.j);
         if let Some(stop) = stop {
             // A rest-to-rest move over this distance takes about 4 cbrt(D / 2 J).
             scale = scale.min(libm::cbrtf(stop.distance.max(0.0) / (2.0 * stop.j)));
@@ -317,7 +326,7 @@ impl View<'_> {
             // Every way of braking begins by letting the acceleration go, with the jerk allowed here and
             // beyond the next joint.
             .or_else(|| {
-                let j = here.j.min(self.nodes.get(at.node + 1).limits.j);
+                let j = here.j.min(self.beyond(at.node).j);
                 let peak = at.v + rising * rising / (2.0 * j);
                 let (phases, ..) = self.shape(&at, peak, here.a, j)?;
                 (rising > 0.0).then_some(phases)
@@ -476,7 +485,10 @@ impl View<'_> {
         let mut b = brake(m.v, m.a, 0.0, a, j);
         let mut covered = m.left;
         let mut index = self.cursor;
-        while covered < b.distance && index + 1 < self.nodes.len() {
+        while covered < b.distance
+            && !self.nodes.get(index).stop
+            && index + 1 < self.end_of_window()
+        {
             index += 1;
             let node = self.nodes.get(index);
             if node.limits.a < a || node.limits.j < j {
