@@ -8,6 +8,7 @@ use core::fmt::Write;
 use core::sync::atomic::Ordering::{Acquire, Relaxed, Release};
 
 use heapless::Deque;
+use micromath::F32;
 
 use super::shared::Shared;
 use super::{Event, State};
@@ -520,7 +521,10 @@ impl<'a> Controller<'a> {
             emitted: core::array::from_fn(|a| self.shared.emitted[a].load(Relaxed)),
             planner_free: self.planner.room(),
             receive_free: self.wire.free().saturating_sub(1),
-            feed: (f32::from_bits(self.shared.feed.load(Relaxed)) * 60.0) as u32,
+            // Shown, never driven: the one place where an approximation will do.
+            feed: F32(f32::from_bits(self.shared.feed.load(Relaxed)) * 60.0)
+                .round()
+                .0 as u32,
             block: self.shared.block.load(Relaxed),
         };
         let config = self.config;
