@@ -10,8 +10,9 @@ use pentaspline::units::NANO_PER_UNIT;
 
 use crate::cli::{Cli, Command};
 use crate::diagnostics::{Exit, Failure, Located};
+use crate::feeder::Complaint;
 use crate::machine_file::Machine;
-use crate::program::{words, Program};
+use crate::program::{words, Location, Program};
 use crate::runner::{End, Outcome};
 use crate::summary::{ErrorSummary, Summary};
 
@@ -150,15 +151,7 @@ fn conclude(
             // A `G6` block without its K lines is missed behind the last line: show the last one.
             let line = complaint.line.min(program.len());
             let place = program.locate(line, complaint.column);
-            summary.error = Some(ErrorSummary {
-                code: complaint.code,
-                file: place.as_ref().map(|p| p.file.clone()).unwrap_or_default(),
-                line: place.as_ref().map_or(0, |p| p.line),
-                column: place.as_ref().map_or(0, |p| p.column),
-                streamed_line: complaint.line,
-                text: place.map(|p| p.text).unwrap_or_default(),
-                message: complaint.text.clone(),
-            });
+            summary.error = Some(refusal(complaint, place));
             let label = format!("error:{}", complaint.code);
             let exit = if complaint.code == TRAVEL_ERROR {
                 Exit::Limit
@@ -245,4 +238,17 @@ fn always_jerk_limited(program: &Program) -> bool {
             .windows(5)
             .any(|word| word == b"BRISK")
     })
+}
+
+/// What the summary says of a refused line that stands at `place`.
+fn refusal(complaint: &Complaint, place: Option<Location>) -> ErrorSummary {
+    ErrorSummary {
+        code: complaint.code,
+        file: place.as_ref().map(|p| p.file.clone()).unwrap_or_default(),
+        line: place.as_ref().map_or(0, |p| p.line),
+        column: place.as_ref().map_or(0, |p| p.column),
+        streamed_line: complaint.line,
+        text: place.map(|p| p.text).unwrap_or_default(),
+        message: complaint.text.clone(),
+    }
 }

@@ -307,10 +307,10 @@ impl<'a> Planner<'a> {
                 return true;
             }
         }
-        if !view.ready() {
+        let Some(decision) = view.decide() else {
             return false;
-        }
-        match view.decide() {
+        };
+        match decision {
             Decision::Go(jerk, ticks) => self.emit(config, &[(jerk, ticks)], PieceEnd::Continue),
             Decision::Slow(phases) => self.emit(config, &phases, PieceEnd::Continue),
             Decision::Land { phases, stop } => {

@@ -111,13 +111,6 @@ impl View<'_> {
         }
     }
 
-    /// True if enough is known ahead: a stop inside the window, or a full window. Decisions then do not
-    /// depend on what arrives later, and so not on when it arrives.
-    #[must_use]
-    pub fn ready(&self) -> bool {
-        self.nodes.len() > self.cursor + LOOK_AHEAD || self.stop_ahead().is_some()
-    }
-
     fn stop_ahead(&self) -> Option<StopAhead> {
         let first = self.nodes.get(self.cursor);
         let mut found = StopAhead {
@@ -219,10 +212,14 @@ impl View<'_> {
         Some(m)
     }
 
-    /// The next thing to run. The caller has checked [`Self::ready`].
+    /// The next thing to run, or `None` while too little is known ahead: neither a stop inside the window nor a full
+    /// window. Decisions then do not depend on what arrives later, and so not on when it arrives.
     #[must_use]
-    pub fn decide(&self) -> Decision {
+    pub fn decide(&self) -> Option<Decision> {
         let stop = self.stop_ahead();
+        if stop.is_none() && self.nodes.len() <= self.cursor + LOOK_AHEAD {
+            return None;
+        }
         if let Some(stop) = &stop {
             let decision = if self.state.v == 0 && self.state.a == 0 {
                 self.try_hop(stop)
@@ -230,13 +227,13 @@ impl View<'_> {
                 self.try_land(stop)
             };
             if let Some(phases) = decision {
-                return Decision::Land {
+                return Some(Decision::Land {
                     phases,
                     stop: stop.index,
-                };
+                });
             }
         }
-        self.greedy(stop.as_ref())
+        Some(self.greedy(stop.as_ref()))
     }
 
     fn greedy(&self, stop: Option<&StopAhead>) -> Decision {

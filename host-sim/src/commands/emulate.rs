@@ -128,15 +128,7 @@ fn conclude(program: &Program, emulated: &Emulated) -> (EmulationSummary, Option
     let (outcome, failure) = match &emulated.end {
         End::Refused(complaint) => {
             let place = program.locate(complaint.line, complaint.column);
-            error = Some(ErrorSummary {
-                code: complaint.code,
-                file: place.as_ref().map(|p| p.file.clone()).unwrap_or_default(),
-                line: place.as_ref().map_or(0, |p| p.line),
-                column: place.as_ref().map_or(0, |p| p.column),
-                streamed_line: complaint.line,
-                text: place.map(|p| p.text).unwrap_or_default(),
-                message: complaint.text.clone(),
-            });
+            error = Some(super::refusal(complaint, place));
             let label = format!("error:{}", complaint.code);
             let exit = if complaint.code == super::TRAVEL_ERROR {
                 Exit::Limit
