@@ -79,7 +79,11 @@ fn generate(path: &Path) -> Result<String, String> {
     let mut code = String::new();
     let w = &mut code;
     put(w, "{\n");
-    put(w, "use crate::config::{AxisConfig, AxisKind, Config};\n");
+    put(
+        w,
+        "use crate::config::{AxisConfig, AxisKind, Config, Dialect, Head, ToolData, TOOLS};\n",
+    );
+    put(w, "use crate::nc::command::{BoundaryCondition, Plane};\n");
     put(w, "use crate::units::Steps;\n");
     put(
         w,
@@ -108,7 +112,17 @@ fn generate(path: &Path) -> Result<String, String> {
             *offset = nano(float(value).ok_or("zero_offset: a number")?);
         }
     }
-    put(w, &format!("zero_offset: {offsets:?},\n"));
+    put(
+        w,
+        &format!("zero_offsets: [{offsets:?}, [0; 5], [0; 5], [0; 5]],\n"),
+    );
+    put(
+        w,
+        "reference_point: [0; 5],\nfixed_point: [0; 5],\ntools: [ToolData::FREE; TOOLS],\nhead: Head::CA,\n\
+         dialect: Dialect::Sinumerik,\nplane: Plane::Xy,\nspline_begin: BoundaryCondition::Natural,\n\
+         spline_end: BoundaryCondition::Natural,\narc_tolerance: 0.01,\ncurve_tolerance: 1.0e-4,\n\
+         contour_tolerance: 0.05,\n",
+    );
     put(
         w,
         &format!(

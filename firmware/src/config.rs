@@ -2,7 +2,61 @@
 //!
 //! State inside the core is in machine units (steps, ticks); the conversions live here.
 
+use crate::nc::command::{BoundaryCondition, Plane};
 use crate::units::{Nano, Steps, AXES, NANO_PER_UNIT};
+
+/// Tools a machine file can name, and the tool table of the core holds.
+pub const TOOLS: usize = 16;
+/// Settable zero offsets: `G54` to `G57`.
+pub const ZERO_OFFSETS: usize = 4;
+/// Bytes of a tool name.
+pub const TOOL_NAME: usize = 16;
+
+/// One row of the tool table.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ToolData {
+    /// `T5`; 0 marks a free row.
+    pub number: u32,
+    /// `T="FR_4"`; padded with zero bytes, all zero for a tool without a name.
+    pub name: [u8; TOOL_NAME],
+    /// Cutter radius, 1e-6 mm.
+    pub radius: Nano,
+    /// Length, added along the normal of the working plane, 1e-6 mm.
+    pub length: Nano,
+}
+
+impl ToolData {
+    /// A row without a tool.
+    pub const FREE: Self = Self {
+        number: 0,
+        name: [0; TOOL_NAME],
+        radius: 0,
+        length: 0,
+    };
+}
+
+/// How the rotary axes turn the tool (`XH YH ZH`).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Head {
+    /// The axes do not turn the tool: `XH YH ZH` are refused.
+    None,
+    /// Rotation C about Z carries tilt A about X: tool vector `(sin A sin C, -sin A cos C, cos A)`.
+    CA,
+    /// Rotation C about Z carries tilt B about Y: tool vector `(sin B cos C, sin B sin C, cos B)`.
+    CB,
+}
+
+/// Words a program is written in.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Dialect {
+    /// Sinumerik 840D and System 800 (`G6`).
+    #[default]
+    Sinumerik,
+    /// Fanuc: `G06.2`.
+    Fanuc,
+    /// Heidenhain conversational: `L`, `CC`, `C`, `SPL`.
+    Heidenhain,
+}
 
 /// What an axis moves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -49,8 +103,31 @@ pub struct Config {
     pub pulse_slots: u16,
     /// Slots a direction must stand before a step edge.
     pub dir_setup_slots: u16,
-    /// `G54`: zero offset added to programmed coordinates.
-    pub zero_offset: [Nano; AXES],
+    /// `G54` to `G57`: zero offsets added to programmed coordinates; `G54` is in force at power-up.
+    pub zero_offsets: [[Nano; AXES]; ZERO_OFFSETS],
+    /// `G74`: reference point, machine coordinates.
+    pub reference_point: [Nano; AXES],
+    /// `G75`: fixed point, machine coordinates.
+    pub fixed_point: [Nano; AXES],
+    /// Tool table at power-up.
+    pub tools: [ToolData; TOOLS],
+    /// Which way the rotary axes turn the tool.
+    pub head: Head,
+    /// Dialect at power-up.
+    pub dialect: Dialect,
+    /// Working plane at power-up.
+    pub plane: Plane,
+    /// Start condition of A- and C-splines at power-up.
+    pub spline_begin: BoundaryCondition,
+    /// End condition of A- and C-splines at power-up.
+    pub spline_end: BoundaryCondition,
+    /// Largest difference between the radii of an arc at its start and end, mm.
+    pub arc_tolerance: f32,
+    /// Largest distance between a programmed curve and the cubic segments it is driven as, mm or degree.
+    pub curve_tolerance: f32,
+    /// Most material a compensated tool may leave where the contour is tighter than the tool, mm; beyond it the
+    /// contour is refused. Inner corners of the programmed contour do not count.
+    pub contour_tolerance: f32,
     /// Feed assumed until a program gives `F`, mm/s. 0 refuses `G1` without `F`.
     pub default_feed: f32,
     /// True if `SOFT` is in force at power-up.
@@ -71,6 +148,14 @@ impl Config {
         i64::try_from((scaled + half) / unit)
             .ok()
             .map(Steps::from_bits)
+    }
+
+    /// Indices of the first axis, second axis and normal of `plane`; `None` for a letter the machine does not have.
+    #[must_use]
+    pub fn plane_axes(&self, plane: Plane) -> [Option<usize>; 3] {
+        plane
+            .letters()
+            .map(|letter| self.axes.iter().position(|axis| axis.letter == letter))
     }
 
     /// Millimetres or degrees per step of `axis`.
@@ -116,7 +201,18 @@ pub(crate) mod tests {
             servo_hz: 5000,
             pulse_slots: 2,
             dir_setup_slots: 4,
-            zero_offset: [0; AXES],
+            zero_offsets: [[0; AXES]; ZERO_OFFSETS],
+            reference_point: [0; AXES],
+            fixed_point: [0; AXES],
+            tools: [ToolData::FREE; TOOLS],
+            head: Head::CA,
+            dialect: Dialect::Sinumerik,
+            plane: Plane::Xy,
+            spline_begin: BoundaryCondition::Natural,
+            spline_end: BoundaryCondition::Natural,
+            arc_tolerance: 0.01,
+            curve_tolerance: 1.0e-4,
+            contour_tolerance: 0.05,
             default_feed: 0.0,
             default_soft: true,
             starve_ticks: 1500,

@@ -8,6 +8,7 @@
 #![deny(unsafe_code)]
 
 pub mod board;
+pub mod catalogue;
 pub mod config;
 pub mod geometry;
 pub mod interpolator;

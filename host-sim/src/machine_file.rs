@@ -7,7 +7,8 @@ use std::cmp::Ordering;
 use std::path::Path;
 use std::sync::Arc;
 
-use pentaspline::config::{AxisConfig, AxisKind, Config};
+use pentaspline::config::{AxisConfig, AxisKind, Config, Dialect, Head, ToolData, TOOLS};
+use pentaspline::nc::command::{BoundaryCondition, Plane};
 use pentaspline::stepgen::SLOTS;
 use pentaspline::units::{Nano, Steps, AXES, NANO_PER_UNIT};
 use serde::Deserialize;
@@ -241,7 +242,18 @@ impl Reader<'_> {
                 servo_hz,
                 pulse_slots,
                 dir_setup_slots,
-                zero_offset,
+                zero_offsets: [zero_offset, [0; AXES], [0; AXES], [0; AXES]],
+                reference_point: [0; AXES],
+                fixed_point: [0; AXES],
+                tools: [ToolData::FREE; TOOLS],
+                head: Head::CA,
+                dialect: Dialect::Sinumerik,
+                plane: Plane::Xy,
+                spline_begin: BoundaryCondition::Natural,
+                spline_end: BoundaryCondition::Natural,
+                arc_tolerance: 0.01,
+                curve_tolerance: 1.0e-4,
+                contour_tolerance: 0.05,
                 default_feed: (default_feed / 60.0) as f32,
                 default_soft,
                 starve_ticks,

@@ -35,13 +35,7 @@ pub(super) struct AkimaSpline {
 
 impl AkimaSpline {
     pub const fn new() -> Self {
-        const NOWHERE: Knot = Knot {
-            at: [Steps::ZERO; AXES],
-            block: 0,
-            feed: 0.0,
-            exact_stop: false,
-            soft: false,
-        };
+        const NOWHERE: Knot = Knot::origin([Steps::ZERO; AXES]);
         Self {
             knots: [NOWHERE; 4],
             lengths: [0.0; 3],

@@ -43,13 +43,7 @@ struct Control {
 }
 
 const NOWHERE: Control = Control {
-    knot: Knot {
-        at: [Steps::ZERO; AXES],
-        block: 0,
-        feed: 0.0,
-        exact_stop: false,
-        soft: false,
-    },
+    knot: Knot::origin([Steps::ZERO; AXES]),
     span: 0.0,
 };
 
@@ -65,7 +59,7 @@ struct Break {
 pub(super) struct BSpline {
     points: [Control; POINTS],
     degree: u8,
-    weight: u16,
+    weight: f32,
     /// Programmed control points so far, up to `POINTS`.
     count: u8,
     /// Exact stop asked for before the first span.
@@ -78,7 +72,7 @@ impl BSpline {
         Self {
             points: [NOWHERE; POINTS],
             degree: 3,
-            weight: 0,
+            weight: 0.0,
             count: 0,
             early_stop: false,
             last_break: None,
@@ -254,7 +248,7 @@ pub(super) fn validate(spec: &SplineSpec) -> Result<(), GeometryErrorKind> {
     if !matches!(spec.degree, 2 | 3) {
         return Err(GeometryErrorKind::Degree);
     }
-    if spec.weight == 0 {
+    if !(spec.weight > 0.0) {
         return Err(GeometryErrorKind::Weight);
     }
     match spec.interval {

@@ -119,6 +119,9 @@ impl SegmentBuilder {
                 self.queue.emit(config, &self.position, &knot, start, end)?;
             }
             Motion::Spline(spec) => self.spline(config, &spec, knot, &by)?,
+            Motion::Arc(_) | Motion::Polynomial(_) => {
+                return Err(fail(GeometryErrorKind::NotFinite));
+            }
         }
         self.position = knot.at;
         Ok(())

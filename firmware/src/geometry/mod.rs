@@ -13,6 +13,8 @@ mod builder;
 mod chord;
 mod cubic;
 mod error;
+#[allow(dead_code)]
+pub(crate) mod fit;
 mod g6;
 mod line;
 mod queue;

@@ -6,7 +6,7 @@ use super::chord::{delta, in_range, measure};
 use super::error::{GeometryError, GeometryErrorKind};
 use super::segment::{HermiteSegment, PathSegment};
 use crate::config::Config;
-use crate::nc::command::{Motion, Move};
+use crate::nc::command::{Cutter, Motion, Move};
 use crate::units::{AxisVec, Position, AXES};
 
 /// Most segments one block can finish: a C-spline's whole window, and the block itself.
@@ -25,6 +25,8 @@ pub(super) struct Knot {
     pub exact_stop: bool,
     /// Jerk-limited on the way there.
     pub soft: bool,
+    /// Cutter compensation on the way there.
+    pub cutter: Cutter,
 }
 
 impl Knot {
@@ -40,17 +42,19 @@ impl Knot {
             feed,
             exact_stop: block.exact_stop,
             soft: block.soft,
+            cutter: block.cutter,
         }
     }
 
     /// A point no block of the spline programmed: where it starts.
-    pub fn origin(at: Position) -> Self {
+    pub const fn origin(at: Position) -> Self {
         Self {
             at,
             block: 0,
             feed: 0.0,
             exact_stop: false,
             soft: false,
+            cutter: Cutter::OFF,
         }
     }
 
@@ -145,6 +149,7 @@ impl SegmentQueue {
                 feed: end.feed,
                 exact_stop: end.exact_stop,
                 soft: end.soft,
+                cutter: end.cutter,
             })
             .map_err(|_| end.error(GeometryErrorKind::NotDrained))?;
         self.tail = if measure(config, &slope_end).is_some() {

@@ -1,5 +1,6 @@
 //! The one curve type behind the geometry stage: a five-axis cubic in Hermite form.
 
+use crate::nc::command::Cutter;
 use crate::units::{AxisVec, Position};
 
 /// A cubic from `start` to `end`, parameter u in [0, 1].
@@ -32,4 +33,6 @@ pub struct PathSegment {
     pub exact_stop: bool,
     /// Jerk-limited (`SOFT`) rather than acceleration-limited (`BRISK`).
     pub soft: bool,
+    /// Cutter compensation in force; done by the compensation stage.
+    pub cutter: Cutter,
 }

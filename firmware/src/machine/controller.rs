@@ -336,6 +336,11 @@ impl<'a> Controller<'a> {
         let Some(command) = self.commands.front().copied() else {
             return false;
         };
+        if let Command::Message(text) = &command {
+            self.commands.pop_front();
+            self.say(format_args!("[MSG:{text}]\r\n"));
+            return true;
+        }
         if let Command::Move(block) = &command {
             self.commands.pop_front();
             if let Err(error) = self.builder.push(self.config, block) {

@@ -2,7 +2,9 @@
 //! [`Command`]s in absolute machine coordinates go out.
 
 use super::block::{Before, Block, Coefficients, Modal, Tool};
-use super::command::{Auxiliary, BoundaryCondition, Command, CubicBlock, Motion, Move, SplineKind};
+use super::command::{
+    Auxiliary, BoundaryCondition, Command, CubicBlock, Cutter, FeedType, Motion, Move, SplineKind,
+};
 use super::error::{Fault, NcError, NcErrorKind};
 use super::table::{Misc, Mode};
 use super::values::{
@@ -240,8 +242,10 @@ impl Interpreter {
             motion,
             target,
             feed,
+            feed_type: FeedType::PerTime,
             exact_stop,
             soft,
+            cutter: Cutter::OFF,
         }));
         self.finish(config, block.misc, emit)
     }
@@ -345,7 +349,7 @@ impl Interpreter {
             let linear = config.axes[axis].kind == AxisKind::Linear;
             let value = coordinate(block.values[axis], block.modal.inch && linear);
             let origin = if block.modal.absolute {
-                config.zero_offset[axis]
+                config.zero_offsets[0][axis]
             } else {
                 target[axis]
             };
@@ -416,8 +420,10 @@ impl Interpreter {
             }),
             target: pending.target,
             feed: pending.feed,
+            feed_type: FeedType::PerTime,
             exact_stop: pending.exact_stop,
             soft: pending.soft,
+            cutter: Cutter::OFF,
         }));
         let misc = pending.misc;
         self.position = pending.target;

@@ -146,7 +146,10 @@ pub(super) fn spline_spec(kind: SplineKind, block: &mut Block) -> Result<SplineS
         end: modal.end,
         degree: modal.degree,
         interval,
-        weight,
+        weight: f32::from(weight) / 1.0e4,
+        first: false,
+        axes: u8::MAX,
+        tool_point: None,
     })
 }
 

@@ -64,7 +64,7 @@ pub fn status(out: &mut impl Write, config: &Config, status: &Status) -> fmt::Re
         "|Bf:{},{}|FS:{},0|Ln:{}|WCO:",
         status.planner_free, status.receive_free, status.feed, status.block
     )?;
-    for (a, &offset) in config.zero_offset.iter().enumerate() {
+    for (a, &offset) in config.zero_offsets[0].iter().enumerate() {
         let comma = if a > 0 { "," } else { "" };
         write!(
             out,

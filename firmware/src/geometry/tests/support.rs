@@ -33,7 +33,18 @@ pub fn config() -> Config {
         servo_hz: 5000,
         pulse_slots: 1,
         dir_setup_slots: 1,
-        zero_offset: [0; AXES],
+        zero_offsets: [[0; AXES]; crate::config::ZERO_OFFSETS],
+        reference_point: [0; AXES],
+        fixed_point: [0; AXES],
+        tools: [crate::config::ToolData::FREE; crate::config::TOOLS],
+        head: crate::config::Head::CA,
+        dialect: crate::config::Dialect::Sinumerik,
+        plane: crate::nc::command::Plane::Xy,
+        spline_begin: BoundaryCondition::Natural,
+        spline_end: BoundaryCondition::Natural,
+        arc_tolerance: 0.01,
+        curve_tolerance: 1.0e-4,
+        contour_tolerance: 0.05,
         default_feed: 0.0,
         default_soft: true,
         starve_ticks: 1000,
@@ -47,7 +58,10 @@ pub fn spec(kind: SplineKind, begin: BoundaryCondition, end: BoundaryCondition) 
         end,
         degree: 3,
         interval: None,
-        weight: 10_000,
+        weight: 1.0,
+        first: false,
+        axes: u8::MAX,
+        tool_point: None,
     }
 }
 
@@ -61,8 +75,10 @@ pub fn block(number: u32, motion: Motion, target: &Point) -> Move {
         motion,
         target: nano(target),
         feed: 10.0,
+        feed_type: Default::default(),
         exact_stop: false,
         soft: true,
+        cutter: Default::default(),
     }
 }
 

@@ -47,7 +47,7 @@ fn incremental_dimensions_add_to_the_position() {
 #[test]
 fn the_zero_offset_shifts_absolute_coordinates_only() {
     let mut config = xyzac();
-    config.zero_offset = [100, -200, 300, 7, 0];
+    config.zero_offsets[0] = [100, -200, 300, 7, 0];
     let path = moves(&config, "G54 G0 X0 Y0\nG91 X0.000001 Y0 A0");
     assert_eq!(path[0].target, [100, -200, 0, 0, 0]);
     assert_eq!(path[1].target, [101, -200, 0, 0, 0]);
@@ -208,7 +208,7 @@ fn end_conditions_are_modal() {
 }
 
 /// Degree, interval and weight of each B-spline point of `program`.
-fn points(program: &str) -> Vec<(u8, Option<f32>, u16)> {
+fn points(program: &str) -> Vec<(u8, Option<f32>, f32)> {
     let spec = |motion: &crate::nc::Move| match motion.motion {
         Motion::Spline(spec) => Some((spec.degree, spec.interval, spec.weight)),
         _ => None,
@@ -219,7 +219,7 @@ fn points(program: &str) -> Vec<(u8, Option<f32>, u16)> {
 #[test]
 fn b_spline_words_have_a_spelling_without_equals_sign() {
     let with = points("F60 BSPLINE SD=2\nX1 PW=1.5 PL=0.25\nX2 PW=1.5");
-    assert_eq!(with, [(2, Some(0.25), 15_000), (2, None, 15_000)]);
+    assert_eq!(with, [(2, Some(0.25), 1.5), (2, None, 1.5)]);
     assert_eq!(points("F60BSPLINESD2\nX1PW1.5PL.25\nx2pw1.5"), with);
 }
 
@@ -227,7 +227,7 @@ fn b_spline_words_have_a_spelling_without_equals_sign() {
 fn degree_and_weight_begin_anew_with_each_spline() {
     assert_eq!(
         points("F60 SD=2 BSPLINE X1 PW=2\nG1 X2\nBSPLINE X3 PW=0.5\nG0\nBSPLINE\nSD2\nX4\nASPLINE X5 PW=3 SD=2 PL=1"),
-        [(2, None, 20_000), (3, None, 5_000), (2, None, 10_000), (3, None, 10_000)]
+        [(2, None, 2.0), (3, None, 0.5), (2, None, 1.0), (3, None, 1.0)]
     );
 }
 

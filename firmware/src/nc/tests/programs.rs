@@ -80,7 +80,10 @@ fn the_thesis_c_spline_program_becomes_its_moves() {
         end: BoundaryCondition::Tangent,
         degree: 3,
         interval: None,
-        weight: 10_000,
+        weight: 1.0,
+        first: false,
+        axes: u8::MAX,
+        tool_point: None,
     };
     for motion in &path[3..6] {
         assert_eq!(motion.motion, Motion::Spline(spec));
@@ -101,7 +104,7 @@ fn the_thesis_b_spline_points_keep_their_equal_weights() {
         };
         assert_eq!(
             (spec.kind, spec.weight, spec.degree),
-            (SplineKind::BSpline, 30_000, 3)
+            (SplineKind::BSpline, 3.0, 3)
         );
     }
     assert_eq!(path.len(), 3);

@@ -1,0 +1,5 @@
+//! Errors of the cutter compensation.
+
+use super::messages;
+
+messages! {}

@@ -1,0 +1,5 @@
+//! Errors of the Fanuc and Heidenhain dialects.
+
+use super::messages;
+
+messages! {}
