@@ -100,6 +100,7 @@ fn m_functions_act_before_or_behind_the_motion_of_their_line() {
             Command::Move(_) => "move",
             Command::Dwell { .. } => "dwell",
             Command::ProgramEnd => "end",
+            Command::Message(_) => "MSG",
             Command::Auxiliary(auxiliary) => match auxiliary {
                 Auxiliary::Stop => "M0",
                 Auxiliary::OptionalStop => "M1",
@@ -109,6 +110,7 @@ fn m_functions_act_before_or_behind_the_motion_of_their_line() {
                 Auxiliary::ToolChange => "M6",
                 Auxiliary::CoolantOn => "M8",
                 Auxiliary::CoolantOff => "M9",
+                Auxiliary::GearStage(_) => "M41",
             },
         };
         commands(&xyzac(), line)
