@@ -13,6 +13,8 @@ use toml::{Table, Value};
 
 /// Slots of a step frame; the same number as `stepgen::SLOTS`, which the generated code checks.
 const SLOTS: u64 = 560;
+/// Rows of the tool table; the same number as `config::TOOLS`, which the generated code checks.
+const TOOLS: usize = 16;
 
 fn main() {
     let manifest = PathBuf::from(env::var_os("CARGO_MANIFEST_DIR").expect("cargo sets it"));
@@ -52,7 +54,7 @@ fn main() {
 }
 
 /// Reads the machine file; the error names the key that is missing or wrong.
-fn generate(path: &Path) -> Result<String, String> {
+pub(crate) fn generate(path: &Path) -> Result<String, String> {
     let text = fs::read_to_string(path).map_err(|e| e.to_string())?;
     let file: Table = text.parse().map_err(|e: toml::de::Error| e.to_string())?;
     let servo_hz = file
@@ -89,6 +91,7 @@ fn generate(path: &Path) -> Result<String, String> {
         w,
         &format!("const _: () = assert!(crate::stepgen::SLOTS == {SLOTS});\n"),
     );
+    put(w, &format!("const _: () = assert!(TOOLS == {TOOLS});\n"));
     put(w, "Config {\n");
     put(w, &format!("name: {:?},\n", string(&file, "name")?));
     put(w, "axes: [\n");
@@ -106,23 +109,7 @@ fn generate(path: &Path) -> Result<String, String> {
         w,
         &format!("dir_setup_slots: {},\n", slots("dir_setup_ns")?),
     );
-    let mut offsets = [0; 5];
-    for (offset, axis) in offsets.iter_mut().zip(axes) {
-        if let Some(value) = axis.get("zero_offset") {
-            *offset = nano(float(value).ok_or("zero_offset: a number")?);
-        }
-    }
-    put(
-        w,
-        &format!("zero_offsets: [{offsets:?}, [0; 5], [0; 5], [0; 5]],\n"),
-    );
-    put(
-        w,
-        "reference_point: [0; 5],\nfixed_point: [0; 5],\ntools: [ToolData::FREE; TOOLS],\nhead: Head::CA,\n\
-         dialect: Dialect::Sinumerik,\nplane: Plane::Xy,\nspline_begin: BoundaryCondition::Natural,\n\
-         spline_end: BoundaryCondition::Natural,\narc_tolerance: 0.01,\ncurve_tolerance: 1.0e-4,\n\
-         contour_tolerance: 0.05,\n",
-    );
+    put(w, &language_code(&file, axes)?);
     put(
         w,
         &format!(
@@ -140,6 +127,139 @@ fn generate(path: &Path) -> Result<String, String> {
     put(w, &format!("starve_ticks: {starve},\n"));
     put(w, "}\n}\n");
     Ok(code)
+}
+
+/// Everything that says how programs are read; what the file leaves out has the value `docs/machine-file.md` names.
+fn language_code(file: &Table, axes: &[Value]) -> Result<String, String> {
+    let mut offsets = [[0; 5]; 4];
+    let mut points = [[0; 5]; 2];
+    for (index, axis) in axes.iter().enumerate() {
+        let values = match axis.get("zero_offset") {
+            None => Vec::new(),
+            Some(value) => float(value)
+                .map(|one| vec![one])
+                .or_else(|| floats(value))
+                .filter(|values| values.len() <= offsets.len())
+                .ok_or("zero_offset: a number, or up to four")?,
+        };
+        for (row, value) in offsets.iter_mut().zip(values) {
+            row[index] = nano(value);
+        }
+        for (row, key) in points.iter_mut().zip(["reference_point", "fixed_point"]) {
+            if let Some(value) = axis.get(key) {
+                row[index] = nano(float(value).ok_or(format!("{key}: a number"))?);
+            }
+        }
+    }
+    let mut code = String::new();
+    let w = &mut code;
+    put(w, &format!("zero_offsets: {offsets:?},\n"));
+    put(w, &format!("reference_point: {:?},\n", points[0]));
+    put(w, &format!("fixed_point: {:?},\n", points[1]));
+    put(w, &tools_code(file)?);
+    let has_rotary = |letter: &str| {
+        axes.iter().any(|axis| {
+            let text = |key| axis.get(key).and_then(Value::as_str);
+            text("name") == Some(letter) && text("kind") == Some("rotary")
+        })
+    };
+    let ca = has_rotary("C") && has_rotary("A");
+    let heads = [("none", "None"), ("CA", "CA"), ("CB", "CB")];
+    let head = choice(file, "head", &heads, if ca { "CA" } else { "None" })?;
+    put(w, &format!("head: Head::{head},\n"));
+    let dialects = [
+        ("sinumerik", "Sinumerik"),
+        ("fanuc", "Fanuc"),
+        ("heidenhain", "Heidenhain"),
+    ];
+    let dialect = choice(file, "dialect", &dialects, "Sinumerik")?;
+    put(w, &format!("dialect: Dialect::{dialect},\n"));
+    let planes = [("G17", "Xy"), ("G18", "Zx"), ("G19", "Yz")];
+    let plane = choice(file, "plane", &planes, "Xy")?;
+    put(w, &format!("plane: Plane::{plane},\n"));
+    for (key, end) in [("spline_begin", 'B'), ("spline_end", 'E')] {
+        let words = ["AUTO", "NAT", "TAN"].map(|word| format!("{end}{word}"));
+        let conditions = [
+            (words[0].as_str(), "NotAKnot"),
+            (words[1].as_str(), "Natural"),
+            (words[2].as_str(), "Tangent"),
+        ];
+        let condition = choice(file, key, &conditions, "Natural")?;
+        put(w, &format!("{key}: BoundaryCondition::{condition},\n"));
+    }
+    for (key, default) in [
+        ("arc_tolerance", 0.01_f64),
+        ("curve_tolerance", 1.0e-4),
+        ("contour_tolerance", 0.05),
+    ] {
+        let value = match file.get(key) {
+            None => default,
+            Some(value) => float(value).ok_or(format!("{key}: a number"))?,
+        };
+        put(w, &format!("{key}: {},\n", single(value)));
+    }
+    Ok(code)
+}
+
+/// The tool table: the `[[tool]]` tables in their order, then free rows.
+fn tools_code(file: &Table) -> Result<String, String> {
+    let empty = Vec::new();
+    let tools = match file.get("tool") {
+        None => &empty,
+        Some(value) => value.as_array().ok_or("tool: tables [[tool]]")?,
+    };
+    if tools.len() > TOOLS {
+        return Err(format!("tool: {TOOLS} tables at most"));
+    }
+    let mut code = "tools: [\n".to_owned();
+    let w = &mut code;
+    for tool in tools {
+        let tool = tool.as_table().ok_or("tool: a table")?;
+        let mut name = [0; 16];
+        if tool.contains_key("name") {
+            let text = string(tool, "name")?;
+            if text.is_empty() || text.len() > name.len() {
+                return Err(format!("tool name {text:?}: 1 to {} bytes", name.len()));
+            }
+            name[..text.len()].copy_from_slice(text.as_bytes());
+        }
+        let number_of = integer(tool, "number")?;
+        let radius = nano(number(tool, "radius")?);
+        let length = match tool.contains_key("length") {
+            true => nano(number(tool, "length")?),
+            false => 0,
+        };
+        put(
+            w,
+            &format!(
+                "ToolData {{ number: {number_of}, name: {name:?}, radius: {radius}, length: {length} }},\n"
+            ),
+        );
+    }
+    for _ in tools.len()..TOOLS {
+        put(w, "ToolData::FREE,\n");
+    }
+    put(w, "],\n");
+    Ok(code)
+}
+
+/// Rust name of what the file says under `key`, or `default` if it says nothing.
+fn choice<'a>(
+    file: &Table,
+    key: &str,
+    choices: &[(&str, &'a str)],
+    default: &'a str,
+) -> Result<&'a str, String> {
+    let Some(value) = file.get(key) else {
+        return Ok(default);
+    };
+    let found = choices
+        .iter()
+        .find(|(text, _)| value.as_str() == Some(*text));
+    found.map(|(_, name)| *name).ok_or_else(|| {
+        let names: Vec<&str> = choices.iter().map(|(text, _)| *text).collect();
+        format!("{key}: one of {}", names.join(", "))
+    })
 }
 
 fn axis_code(axis: &Table) -> Result<String, String> {

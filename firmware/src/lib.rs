@@ -9,6 +9,7 @@
 
 pub mod board;
 pub mod catalogue;
+pub mod compensation;
 pub mod config;
 pub mod geometry;
 pub mod interpolator;

@@ -21,10 +21,12 @@ pub mod bench;
 pub mod check;
 #[cfg(unix)]
 pub mod emulate;
+pub mod errors;
 pub mod run;
 pub mod send;
 #[cfg(unix)]
 pub mod serve;
+pub mod study;
 
 /// `error:N` of the core for a curve that leaves the travel of an axis.
 const TRAVEL_ERROR: u32 = 201;
@@ -46,6 +48,8 @@ pub fn dispatch(cli: Cli) -> Result<Exit, Failure> {
         #[cfg(unix)]
         Command::Serve(args) => serve::serve(&args),
         Command::Send(args) => send::send(&args),
+        Command::Study(args) => study::study(&args),
+        Command::Errors(args) => errors::errors(&args),
     }
 }
 
@@ -148,20 +152,10 @@ fn conclude(
             ("reset", None)
         }
         End::Refused(complaint) => {
-            // A `G6` block without its K lines is missed behind the last line: show the last one.
             let line = complaint.line.min(program.len());
             let place = program.locate(line, complaint.column);
             summary.error = Some(refusal(complaint, place));
-            let label = format!("error:{}", complaint.code);
-            let exit = if complaint.code == TRAVEL_ERROR {
-                Exit::Limit
-            } else {
-                Exit::Program
-            };
-            let located = program
-                .error_at(line, complaint.column, &complaint.text, &label)
-                .more_help(&advice(machine, complaint.code));
-            ("program_error", Some(Failure::new(exit, located)))
+            ("program_error", Some(refused(program, machine, complaint)))
         }
         End::Alarm(code) => {
             let message = format!("the controller raised ALARM:{code}");
@@ -206,6 +200,22 @@ fn conclude(
     };
     summary.outcome = name.to_owned();
     failure
+}
+
+/// What is shown of a line refused with `complaint`.
+fn refused(program: &Program, machine: &Machine, complaint: &Complaint) -> Failure {
+    // A `G6` block without its K lines is missed behind the last line: show the last one.
+    let line = complaint.line.min(program.len());
+    let label = format!("error:{}", complaint.code);
+    let exit = if complaint.code == TRAVEL_ERROR {
+        Exit::Limit
+    } else {
+        Exit::Program
+    };
+    let located = program
+        .error_at(line, complaint.column, &complaint.text, &label)
+        .more_help(&advice(machine, complaint.code));
+    Failure::new(exit, located)
 }
 
 /// The program waits at the first `M0` or `M1` from streamed line `block` on.

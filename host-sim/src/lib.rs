@@ -14,6 +14,7 @@ pub mod events;
 pub mod feeder;
 pub mod machine_file;
 pub mod plant;
+pub mod precheck;
 pub mod program;
 #[cfg(unix)]
 pub mod pty;
@@ -22,6 +23,7 @@ pub mod runner;
 pub mod send;
 #[cfg(unix)]
 pub mod serve;
+pub mod study;
 pub mod summary;
 pub mod trace;
 pub mod travel;

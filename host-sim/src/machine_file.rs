@@ -7,8 +7,7 @@ use std::cmp::Ordering;
 use std::path::Path;
 use std::sync::Arc;
 
-use pentaspline::config::{AxisConfig, AxisKind, Config, Dialect, Head, ToolData, TOOLS};
-use pentaspline::nc::command::{BoundaryCondition, Plane};
+use pentaspline::config::{AxisConfig, AxisKind, Config, ZERO_OFFSETS};
 use pentaspline::stepgen::SLOTS;
 use pentaspline::units::{Nano, Steps, AXES, NANO_PER_UNIT};
 use serde::Deserialize;
@@ -16,6 +15,8 @@ use toml::Spanned;
 
 use crate::diagnostics::{Exit, Failure, Located};
 use crate::plant::AxisPlant;
+
+mod language;
 
 /// The TAJMAC-ZPS MCV 1210, in force unless `--machine` names another file.
 pub const BUILT_IN: &str = include_str!("../../machines/mcv1210.toml");
@@ -49,6 +50,24 @@ struct MachineToml {
     default_feed: Spanned<f64>,
     dynamics: Spanned<String>,
     starve_ms: Spanned<u32>,
+    #[serde(default)]
+    arc_tolerance: Option<Spanned<f64>>,
+    #[serde(default)]
+    curve_tolerance: Option<Spanned<f64>>,
+    #[serde(default)]
+    contour_tolerance: Option<Spanned<f64>>,
+    #[serde(default)]
+    dialect: Option<Spanned<String>>,
+    #[serde(default)]
+    plane: Option<Spanned<String>>,
+    #[serde(default)]
+    spline_begin: Option<Spanned<String>>,
+    #[serde(default)]
+    spline_end: Option<Spanned<String>>,
+    #[serde(default)]
+    head: Option<Spanned<String>>,
+    #[serde(default)]
+    tool: Vec<language::ToolToml>,
     axis: Spanned<Vec<AxisToml>>,
     plant: Spanned<PlantToml>,
 }
@@ -65,7 +84,11 @@ struct AxisToml {
     corner_step: Spanned<f64>,
     travel: Spanned<[f64; 2]>,
     #[serde(default)]
-    zero_offset: Option<Spanned<f64>>,
+    zero_offset: Option<Spanned<language::ZeroOffsets>>,
+    #[serde(default)]
+    reference_point: Option<Spanned<f64>>,
+    #[serde(default)]
+    fixed_point: Option<Spanned<f64>>,
 }
 
 #[derive(Deserialize)]
@@ -152,7 +175,9 @@ impl Reader<'_> {
         )
     }
 
-    fn machine(&self, raw: MachineToml) -> Result<Machine, Failure> {
+    fn machine(&self, mut raw: MachineToml) -> Result<Machine, Failure> {
+        let language = self.language(&raw)?;
+        let tools = self.tools(&std::mem::take(&mut raw.tool))?;
         let servo_hz = *raw.servo_hz.get_ref();
         if !(500..=50_000).contains(&servo_hz) {
             return Err(self.refuse(
@@ -191,6 +216,7 @@ impl Reader<'_> {
             ));
         };
 
+        let raw_head = raw.head.take();
         let span = raw.axis.span();
         let raw_axes: [AxisToml; AXES] =
             raw.axis
@@ -207,7 +233,9 @@ impl Reader<'_> {
         let slots_per_step = f64::from(pulse_slots) + 1.0;
         let mut axes = Vec::with_capacity(AXES);
         let mut plants = Vec::with_capacity(AXES);
-        let mut zero_offset = [0; AXES];
+        let mut zero_offsets = [[0; AXES]; ZERO_OFFSETS];
+        let mut reference_point = [0; AXES];
+        let mut fixed_point = [0; AXES];
         for (index, axis) in raw_axes.iter().enumerate() {
             let config = self.axis(axis, &axes)?;
             let steps_per_tick =
@@ -223,16 +251,13 @@ impl Reader<'_> {
                     &expected,
                 ));
             }
-            if let Some(offset) = &axis.zero_offset {
-                zero_offset[index] = self.nano(
-                    offset.span(),
-                    *offset.get_ref(),
-                    *axis.steps_per_unit.get_ref(),
-                )?;
-            }
+            self.zero_offsets(axis, index, &mut zero_offsets)?;
+            reference_point[index] = self.point(axis, &config, axis.reference_point.as_ref())?;
+            fixed_point[index] = self.point(axis, &config, axis.fixed_point.as_ref())?;
             plants.push(self.plant(index, config.kind, servo_hz, &raw.plant)?);
             axes.push(config);
         }
+        let head = self.head(raw_head.as_ref(), &axes)?;
         let full = || Failure::new(Exit::Usage, Located::new("axis count"));
         Ok(Machine {
             config: Config {
@@ -242,18 +267,18 @@ impl Reader<'_> {
                 servo_hz,
                 pulse_slots,
                 dir_setup_slots,
-                zero_offsets: [zero_offset, [0; AXES], [0; AXES], [0; AXES]],
-                reference_point: [0; AXES],
-                fixed_point: [0; AXES],
-                tools: [ToolData::FREE; TOOLS],
-                head: Head::CA,
-                dialect: Dialect::Sinumerik,
-                plane: Plane::Xy,
-                spline_begin: BoundaryCondition::Natural,
-                spline_end: BoundaryCondition::Natural,
-                arc_tolerance: 0.01,
-                curve_tolerance: 1.0e-4,
-                contour_tolerance: 0.05,
+                zero_offsets,
+                reference_point,
+                fixed_point,
+                tools,
+                head,
+                dialect: language.dialect,
+                plane: language.plane,
+                spline_begin: language.spline_begin,
+                spline_end: language.spline_end,
+                arc_tolerance: language.arc_tolerance,
+                curve_tolerance: language.curve_tolerance,
+                contour_tolerance: language.contour_tolerance,
                 default_feed: (default_feed / 60.0) as f32,
                 default_soft,
                 starve_ticks,
@@ -418,109 +443,4 @@ impl Reader<'_> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn refusal(from: &str, to: &str) -> String {
-        assert!(BUILT_IN.contains(from), "{from}");
-        let text = BUILT_IN.replacen(from, to, 1);
-        match Machine::parse("test.toml", &text) {
-            Ok(_) => panic!("accepted {to}"),
-            Err(failure) => {
-                assert_eq!(failure.exit, Exit::Usage);
-                failure.render()
-            }
-        }
-    }
-
-    #[test]
-    fn the_built_in_machine_has_the_printed_values() {
-        let machine = Machine::built_in().unwrap();
-        let config = &machine.config;
-        assert_eq!(config.name, "MCV 1210");
-        let letters: Vec<u8> = config.axes.iter().map(|a| a.letter).collect();
-        assert_eq!(letters, b"XYZAC");
-        // 1000 x 800 x 600 mm, +-115, +-200 degrees (thesis, Table 3.1.1).
-        let travel: Vec<i64> = config
-            .axes
-            .iter()
-            .map(|a| a.travel_max - a.travel_min)
-            .collect();
-        assert_eq!(
-            travel,
-            [
-                1_000_000_000,
-                800_000_000,
-                600_000_000,
-                230_000_000,
-                400_000_000
-            ]
-        );
-        assert_eq!(config.axes[0].steps_per_unit, 1000);
-        assert_eq!(config.axes[3].v_max, 1.0);
-        assert!((config.axes[0].v_max - 40_000.0 / 60.0).abs() < 1e-3);
-        assert_eq!(config.starve_ticks, 1500);
-        // One slot is 1 / (5000 * 560) s = 357 ns: 700 ns need two, 1400 ns four.
-        assert_eq!((config.pulse_slots, config.dir_setup_slots), (2, 4));
-        assert!(config.default_soft);
-        assert_eq!(machine.plant.axes[2].kv_per_s, 100.0);
-        assert_eq!(machine.plant.axes[4].kv_per_s, 60.0);
-    }
-
-    #[test]
-    fn slots_cover_the_whole_time_asked_for() {
-        for ns in [0_u32, 1, 357, 358, 700, 714, 715, 1400, 10_000] {
-            let text = BUILT_IN.replacen("dir_setup_ns = 1400", &format!("dir_setup_ns = {ns}"), 1);
-            let slots = u64::from(Machine::parse("t", &text).unwrap().config.dir_setup_slots);
-            let slot_ns = 1e9 / (5000.0 * 560.0);
-            assert!(slots as f64 * slot_ns >= f64::from(ns) - 1e-9);
-            assert!(slots == 0 || (slots - 1) as f64 * slot_ns < f64::from(ns));
-        }
-    }
-
-    #[test]
-    fn a_wrong_value_is_refused_at_its_place() {
-        let shown = refusal("v_max = 1.0", "v_max = -1.0");
-        assert!(
-            shown.contains("v_max out of range") && shown.contains("v_max = -1.0"),
-            "{shown}"
-        );
-        assert!(refusal("name = \"A\"", "name = \"N\"").contains("not an axis letter"));
-        assert!(refusal("name = \"C\"", "name = \"A\"").contains("axis letter used twice"));
-        assert!(refusal("kind = \"rotary\"", "kind = \"round\"").contains("unknown kind"));
-        assert!(refusal("\"soft\"", "\"hard\"").contains("unknown dynamics"));
-        assert!(refusal("[-115.0, 115.0]", "[115.0, -115.0]").contains("travel is empty"));
-        assert!(refusal("[-115.0, 115.0]", "[-115.0, nan]").contains("travel is empty"));
-        assert!(refusal("[-115.0, 115.0]", "[-115.0, 3e9]").contains("position out of range"));
-        assert!(refusal("v_max = 666.6667", "v_max = 6666.6667")
-            .contains("more steps than the port can give"));
-        assert!(refusal("servo_hz = 5000", "servo_hz = 0").contains("servo_hz out of range"));
-        assert!(refusal("servo_hz = 5000", "servo_hz = 5000\nspeed = 1").contains("unknown field"));
-        assert!(
-            refusal("pulse_width_ns = 700", "pulse_width_ns = 700000").contains("time too long")
-        );
-        assert!(refusal("feed_forward = 0.98", "feed_forward = 1.98")
-            .contains("feed_forward out of range"));
-        assert!(refusal("[plant.rotary]", "[plant.rotary2]").contains("unknown field"));
-    }
-
-    #[test]
-    fn four_axes_are_refused() {
-        let end = BUILT_IN.rfind("[[axis]]").unwrap();
-        let plant = BUILT_IN.find("[plant.linear]").unwrap();
-        let text = format!("{}{}", &BUILT_IN[..end], &BUILT_IN[plant..]);
-        assert!(Machine::parse("t", &text)
-            .unwrap_err()
-            .render()
-            .contains("4 axes given"));
-    }
-
-    #[test]
-    fn integers_are_accepted_where_numbers_are_meant() {
-        let text = BUILT_IN.replacen("steps_per_unit = 1000.0", "steps_per_unit = 1000", 1);
-        assert_eq!(
-            Machine::parse("t", &text).unwrap().config.axes[0].steps_per_unit,
-            1000
-        );
-    }
-}
+mod tests;

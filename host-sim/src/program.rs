@@ -1,25 +1,47 @@
-//! Part programs: a file in, the text lines that go over the wire out, with sub-programs inlined.
+//! Part programs: a file in, the text lines that go over the wire out, in the order in which they run.
 //!
-//! The core never sees a file. A line whose only word names a sub-program is replaced here by the lines of
-//! that file, and a map leads from every streamed line back to file and line, so that an error of the core
+//! The core never sees a file. Sub-programs are put in the place of their calls and jumps are followed here
+//! (`inliner`), and a map leads from every streamed line back to file and line, so that an error of the core
 //! (`line L column C` of the stream) is shown where its author can mend it.
 
-use std::collections::HashMap;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use crate::diagnostics::{Exit, Failure, Located};
-use crate::program::words::Line;
+use pentaspline::config::Dialect;
 
+use crate::diagnostics::{Failure, Located};
+
+mod flow;
+mod inliner;
+mod wire;
 pub mod words;
 
 /// Depth of nested sub-programs, as on the Sinumerik 840D.
 pub const NESTING_MAX: usize = 11;
 /// Lines a program may have after inlining; calls multiply, memory does not.
 pub const LINES_MAX: usize = 20_000_000;
-/// What a sub-program file may be called behind its name.
-const EXTENSIONS: [&str; 5] = ["SPF", "MPF", "spf", "mpf", "nc"];
+
+/// How a program is read.
+#[derive(Clone, Copy, Debug)]
+pub struct Reading {
+    /// Its language.
+    pub dialect: Dialect,
+    /// Lines that begin with `/` are left out.
+    pub block_skip: bool,
+    /// Lines it may have, and run through, at most.
+    pub lines_max: usize,
+}
+
+impl Default for Reading {
+    fn default() -> Self {
+        Self {
+            dialect: Dialect::default(),
+            block_skip: false,
+            lines_max: LINES_MAX,
+        }
+    }
+}
 
 /// One file.
 #[derive(Clone, Debug)]
@@ -40,6 +62,16 @@ pub struct Origin {
     line: u32,
     /// Index of the call this line is inlined for, if any.
     call: Option<u32>,
+    /// Character of it, from 0, that the whole streamed line stands for; `None` if the columns are the same.
+    rewritten: Option<u32>,
+}
+
+impl Origin {
+    /// Character of the line in the file, from 0, for `column` of the streamed line, from 1.
+    fn column(&self, column: usize) -> usize {
+        self.rewritten
+            .map_or(column.saturating_sub(1), |at| at as usize)
+    }
 }
 
 /// A place in a program file, for people.
@@ -111,13 +143,22 @@ impl Source {
 }
 
 impl Program {
+    /// Reads `path` and, beside it, every sub-program it calls, as [`Reading::default`] has it.
+    ///
+    /// # Errors
+    /// As [`Program::load_as`].
+    pub fn load(path: &Path) -> Result<Self, Failure> {
+        Self::load_as(path, &Reading::default())
+    }
+
     /// Reads `path` and, beside it, every sub-program it calls.
     ///
     /// # Errors
     /// Exit code 5 if `path` cannot be read; 3 with the place in the program for a missing or recursive
-    /// sub-program, nesting deeper than [`NESTING_MAX`], more than [`LINES_MAX`] lines, or a character that
-    /// cannot go over the wire outside of a comment.
-    pub fn load(path: &Path) -> Result<Self, Failure> {
+    /// sub-program, nesting deeper than [`NESTING_MAX`], a jump without its target or without end, an expression
+    /// that cannot be evaluated, more lines than [`Reading::lines_max`], a word the host does not follow, or a
+    /// character that cannot go over the wire outside of a comment.
+    pub fn load_as(path: &Path, reading: &Reading) -> Result<Self, Failure> {
         let bytes = std::fs::read(path).map_err(|e| Failure::io("read program", path, &e))?;
         let folder = match path.parent() {
             Some(folder) if folder != Path::new("") => folder.to_owned(),
@@ -127,42 +168,25 @@ impl Program {
             .file_stem()
             .map(|s| s.to_string_lossy().to_uppercase())
             .unwrap_or_default();
-        Self::build(
-            Source::new(path.display().to_string(), &bytes),
-            stem,
-            Some(folder),
-        )
+        let main = Source::new(path.display().to_string(), &bytes);
+        inliner::inline(main, stem, Some(folder), reading)
+    }
+
+    /// Takes `text` as a program called `name` that has no files beside it, as [`Reading::default`] has it.
+    ///
+    /// # Errors
+    /// As [`Program::load_as`]; every sub-program is missing.
+    pub fn from_text(name: &str, text: &str) -> Result<Self, Failure> {
+        Self::from_text_as(name, text, &Reading::default())
     }
 
     /// Takes `text` as a program called `name` that has no files beside it.
     ///
     /// # Errors
-    /// As [`Program::load`]; every sub-program is missing.
-    pub fn from_text(name: &str, text: &str) -> Result<Self, Failure> {
-        Self::build(
-            Source::new(name.to_owned(), text.as_bytes()),
-            String::new(),
-            None,
-        )
-    }
-
-    fn build(main: Source, stem: String, folder: Option<PathBuf>) -> Result<Self, Failure> {
-        let program = Self {
-            sources: vec![main],
-            origins: Vec::new(),
-            calls: Vec::new(),
-            wire: Vec::new(),
-            ends: Vec::new(),
-            unused_from: None,
-        };
-        let mut inliner = Inliner {
-            program,
-            folder,
-            known: HashMap::new(),
-            active: vec![stem],
-        };
-        inliner.inline(0, None)?;
-        Ok(inliner.program)
+    /// As [`Program::load_as`]; every sub-program is missing.
+    pub fn from_text_as(name: &str, text: &str, reading: &Reading) -> Result<Self, Failure> {
+        let main = Source::new(name.to_owned(), text.as_bytes());
+        inliner::inline(main, String::new(), None, reading)
     }
 
     /// Number of lines to stream.
@@ -212,7 +236,7 @@ impl Program {
         Some(Location {
             file: source.name.clone(),
             line: origin.line as usize + 1,
-            column: column.max(1),
+            column: origin.column(column).saturating_add(1),
             text: source.line(origin.line).to_owned(),
         })
     }
@@ -220,11 +244,14 @@ impl Program {
     /// The calls that lead to streamed line `line` (from 1), innermost first, as `file:line`.
     #[must_use]
     pub fn called_from(&self, line: usize) -> Vec<String> {
+        let origin = line.checked_sub(1).and_then(|i| self.origins.get(i));
+        origin.map_or(Vec::new(), |origin| self.calls_of(*origin))
+    }
+
+    /// The calls that lead to `origin`, innermost first.
+    fn calls_of(&self, origin: Origin) -> Vec<String> {
         let mut chain = Vec::new();
-        let mut next = line
-            .checked_sub(1)
-            .and_then(|i| self.origins.get(i))
-            .and_then(|origin| origin.call);
+        let mut next = origin.call;
         while let Some(call) = next.and_then(|index| self.calls.get(index as usize)) {
             chain.push(format!("{}:{}", self.source(*call).name, call.line + 1));
             next = call.call;
@@ -242,7 +269,7 @@ impl Program {
             return located;
         };
         let source = self.source(*origin);
-        let column = column.saturating_sub(1);
+        let column = origin.column(column);
         let word = words::word_len(source.line(origin.line), column);
         let (offset, len) = source.span(origin.line, column, word);
         let located = located.at(&source.name, &source.text, offset, len, label);
@@ -257,161 +284,7 @@ impl Program {
     }
 }
 
-/// Work in progress of [`Program::build`].
-struct Inliner {
-    program: Program,
-    folder: Option<PathBuf>,
-    /// Sub-programs found so far, by upper-case name.
-    known: HashMap<String, Option<u32>>,
-    /// Upper-case names of the programs being inlined, outermost first.
-    active: Vec<String>,
-}
-
-impl Inliner {
-    fn inline(&mut self, source: u32, call: Option<u32>) -> Result<(), Failure> {
-        let count = self.program.sources[source as usize].lines.len();
-        for line in 0..u32::try_from(count).unwrap_or(u32::MAX) {
-            let origin = Origin { source, line, call };
-            let text = self.program.source(origin).line(line).to_owned();
-            let parsed = Line::new(&text);
-            if let Some(bad) = parsed.unsendable {
-                return Err(self.refuse(
-                    origin,
-                    bad,
-                    1,
-                    "character cannot be sent",
-                    "means something to the wire; expected only in comments",
-                ));
-            }
-            if let Some(name) = &parsed.call {
-                if let Some(callee) = self.find(&name.text) {
-                    self.enter(callee, origin, name)?;
-                    continue;
-                }
-                if !name.may_be_nc {
-                    let message = format!("no sub-program {}", name.text);
-                    let label = "neither an NC word nor a file with this name and .SPF, .MPF or .nc beside the program";
-                    return Err(self.refuse(
-                        origin,
-                        name.column,
-                        name.text.chars().count(),
-                        &message,
-                        label,
-                    ));
-                }
-            }
-            if self.program.ends.len() >= LINES_MAX {
-                return Err(self.refuse(
-                    origin,
-                    0,
-                    1,
-                    "program too long",
-                    "more lines than the host inlines",
-                ));
-            }
-            let (ends_program, returns) = (parsed.ends_program, parsed.returns);
-            self.program.origins.push(origin);
-            // A header would start another program in the middle of this one.
-            if !(call.is_some() && parsed.header) {
-                let returned = ends_program && call.is_some();
-                self.program.wire.extend(if returned {
-                    parsed.wire_as_return()
-                } else {
-                    parsed.wire
-                });
-            }
-            self.program.ends.push(self.program.wire.len());
-            // M17, M2 and M30 return from a sub-program, M2 and M30 end the main program: what follows does not run.
-            if ends_program && call.is_none() {
-                let rest = line + 1..u32::try_from(count).unwrap_or(u32::MAX);
-                let source = self.program.source(origin);
-                let left = rest
-                    .into_iter()
-                    .find(|&after| !source.line(after).trim().is_empty());
-                self.program.unused_from = left.map(|after| after as usize + 1);
-                break;
-            }
-            if call.is_some() && (ends_program || returns) {
-                break;
-            }
-        }
-        Ok(())
-    }
-
-    fn enter(&mut self, callee: u32, origin: Origin, name: &words::Call) -> Result<(), Failure> {
-        let upper = name.text.to_uppercase();
-        let width = name.text.chars().count();
-        if self.active.contains(&upper) {
-            let message = format!("sub-program {} calls itself", name.text);
-            return Err(self.refuse(
-                origin,
-                name.column,
-                width,
-                &message,
-                "expected a program that is not running already",
-            ));
-        }
-        if self.active.len() > NESTING_MAX {
-            let message = format!("sub-programs nested deeper than {NESTING_MAX}");
-            return Err(self.refuse(
-                origin,
-                name.column,
-                width,
-                &message,
-                "this call is one too deep",
-            ));
-        }
-        let call = u32::try_from(self.program.calls.len()).ok();
-        self.program.calls.push(origin);
-        self.active.push(upper);
-        self.inline(callee, call)?;
-        self.active.pop();
-        Ok(())
-    }
-
-    /// Index of the source of sub-program `name`, read on first use.
-    fn find(&mut self, name: &str) -> Option<u32> {
-        let upper = name.to_uppercase();
-        if let Some(found) = self.known.get(&upper) {
-            return *found;
-        }
-        let found = self.read(name).and_then(|source| {
-            self.program.sources.push(source);
-            u32::try_from(self.program.sources.len() - 1).ok()
-        });
-        self.known.insert(upper, found);
-        found
-    }
-
-    fn read(&self, name: &str) -> Option<Source> {
-        let folder = self.folder.as_ref()?;
-        for stem in [name.to_owned(), name.to_uppercase(), name.to_lowercase()] {
-            for extension in EXTENSIONS {
-                let path = folder.join(format!("{stem}.{extension}"));
-                if let Ok(bytes) = std::fs::read(&path) {
-                    return Some(Source::new(path.display().to_string(), &bytes));
-                }
-            }
-        }
-        None
-    }
-
-    fn refuse(
-        &self,
-        origin: Origin,
-        column: usize,
-        chars: usize,
-        message: &str,
-        label: &str,
-    ) -> Failure {
-        let source = self.program.source(origin);
-        let (offset, len) = source.span(origin.line, column, chars);
-        Failure::new(
-            Exit::Program,
-            Located::new(message).at(&source.name, &source.text, offset, len, label),
-        )
-    }
-}
-
+#[cfg(test)]
+mod flow_tests;
 #[cfg(test)]
 mod tests;

@@ -84,6 +84,20 @@ pub struct Outcome {
     pub unused_events: usize,
 }
 
+impl Outcome {
+    /// A program refused before anything moved.
+    #[must_use]
+    pub fn refused(complaint: Complaint) -> Self {
+        Self {
+            end: End::Refused(complaint),
+            ticks: 0,
+            digest: FrameDigest::default().value(),
+            messages: Vec::new(),
+            unused_events: 0,
+        }
+    }
+}
+
 /// Where the run stands.
 #[derive(Default)]
 struct Progress {

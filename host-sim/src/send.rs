@@ -40,6 +40,8 @@ pub struct Options<'a> {
     pub auto_start: bool,
     /// Set from outside to stop: the controller gets a feed hold and streaming ends.
     pub stop: Option<&'a AtomicBool>,
+    /// A `$` line, without its line end, that goes before the program and is answered before it.
+    pub preamble: Option<&'a str>,
 }
 
 /// What happens while streaming, for a progress bar.
@@ -199,6 +201,21 @@ pub fn stream<P: Read + Write>(
 ) -> Result<Sent, SendError> {
     let mut session = Session::new(port, options, notify);
     session.greet()?;
+    if let Some(line) = options.preamble {
+        let refused = |error| match error {
+            // It is no line of the program.
+            SendError::Refused { code, message, .. } => SendError::Refused {
+                line: 0,
+                code,
+                message: message.or_else(|| Some(format!("the controller refused {line}"))),
+            },
+            other => other,
+        };
+        session.send_all(&[line.as_bytes()]).map_err(refused)?;
+        // The lines of the program count from here.
+        session.sent.lines = 0;
+        session.sent.bytes = 0;
+    }
     let window = session.sent.window;
     if let Some((index, line)) = lines
         .iter()

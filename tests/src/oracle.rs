@@ -1,9 +1,14 @@
 //! What a program asks for, found another way than the core finds it: `f64`, whole splines at once, dense linear
 //! algebra, the Cox-de Boor recursion.
 //!
-//! [`read::blocks`] reads the text, [`path::path`] makes curves of it, [`spline`] holds the formulas.
+//! [`words`] and [`read`] (Sinumerik, Fanuc) or [`conversation`] (Heidenhain) read the text, [`path`] makes curves of it,
+//! [`shape`] and [`spline`] hold the formulas, [`cutter`] judges the path of a compensated tool.
 //! Nothing here uses the core but for its axis count.
 
+pub mod conversation;
+pub mod cutter;
 pub mod path;
 pub mod read;
+pub mod shape;
 pub mod spline;
+pub mod words;

@@ -13,7 +13,7 @@ fn program(feed: u32) -> (String, Vec<Curve>) {
     assert_eq!(text.matches("F5000").count(), 1);
     let text = text.replace("F5000", &format!("F{feed}"));
     // The curves of G6 blocks are those that are not straight.
-    let bent = |curve: &Curve| norm(&curve.shape.0[3]) > 0.0;
+    let bent = |curve: &Curve| !curve.shape.is_straight();
     let curves: Vec<Curve> = path(&text).into_iter().filter(bent).collect();
     assert_eq!(curves.len(), 10);
     (text, curves)

@@ -13,6 +13,8 @@
 //! | 201 to 219 | machine |
 //! | 301 to 349 | dialects |
 
+use core::fmt;
+
 pub mod compensation;
 pub mod dialect;
 pub mod geometry;
@@ -26,6 +28,22 @@ pub struct Message {
     pub code: u16,
     /// What is wrong, in a few words.
     pub text: &'static str,
+}
+
+impl Message {
+    /// Writes the text with each `{}` replaced by the next of `values`.
+    pub fn write(&self, f: &mut dyn fmt::Write, values: &[&dyn fmt::Display]) -> fmt::Result {
+        let mut values = values.iter();
+        let mut rest = self.text;
+        while let Some((before, after)) = rest.split_once("{}") {
+            f.write_str(before)?;
+            if let Some(value) = values.next() {
+                write!(f, "{value}")?;
+            }
+            rest = after;
+        }
+        f.write_str(rest)
+    }
 }
 
 /// An error with what a person needs to know about it.

@@ -5,8 +5,9 @@
 //! J. ACM 17 (1970) 589-602, on the chord-length parameter (shared facts 6), each axis on its own.
 
 use super::boundary::Boundary;
-use super::chord::{zip, Chord};
+use super::chord::{delta, zip, Chord};
 use super::error::{GeometryError, GeometryErrorKind};
+use super::line::in_spline;
 use super::queue::{Knot, SegmentQueue};
 use super::singular;
 use crate::config::Config;
@@ -29,6 +30,8 @@ pub(super) struct AkimaSpline {
     /// Chords so far, up to 3.
     chords: u8,
     begin: Boundary,
+    /// One bit per axis that belongs to the spline; the others go linearly from knot to knot.
+    axes: u8,
     /// Slope at the start of the next segment to be emitted.
     m: AxisVec,
 }
@@ -42,14 +45,16 @@ impl AkimaSpline {
             slopes: [[0.0; AXES]; 4],
             chords: 0,
             begin: Boundary::Auto,
+            axes: u8::MAX,
             m: [0.0; AXES],
         }
     }
 
-    /// Begins a spline at `origin`.
-    pub fn start(&mut self, origin: Knot, begin: Boundary) {
+    /// Begins a spline at `origin`; `axes` has one bit per axis that belongs to it.
+    pub fn start(&mut self, origin: Knot, begin: Boundary, axes: u8) {
         self.knots[3] = origin;
         self.begin = begin;
+        self.axes = axes;
         self.chords = 0;
     }
 
@@ -149,8 +154,9 @@ impl AkimaSpline {
         ) else {
             return Err(self.knots[3].error(GeometryErrorKind::NotFinite));
         };
-        let slope_start = self.m.map(|value| value * h);
-        let slope_end = m.map(|value| value * h);
+        let by = delta(config, &start.at, &end.at).map_err(|kind| end.error(kind))?;
+        let slope_start = in_spline(self.axes, self.m.map(|value| value * h), &by);
+        let slope_end = in_spline(self.axes, m.map(|value| value * h), &by);
         singular::emit(config, queue, &start.at, end, slope_start, slope_end)?;
         self.m = *m;
         Ok(())

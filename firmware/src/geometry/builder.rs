@@ -1,15 +1,23 @@
-//! From blocks to cubic segments: one path, whatever mixture of lines, splines and `G6` it is programmed in.
+//! From blocks to cubic segments: one path, whatever mixture of lines, arcs, splines, `POLY` and `G6` it is programmed in.
+//!
+//! In: blocks ([`SegmentBuilder::push`]). Out: segments ([`SegmentBuilder::next`]), some of them cut only when they are
+//! asked for: a circle may be thousands.
 
 use super::akima::AkimaSpline;
 use super::boundary::Boundary;
-use super::bspline::{self, BSpline};
+use super::bspline::{self, BSpline, Piece};
 use super::chord::{delta, position, Chord, Measure};
+use super::circle::Circle;
 use super::cubic::CubicSpline;
 use super::error::{GeometryError, GeometryErrorKind};
+use super::fit::curve_length;
 use super::g6;
+use super::lazy::Lazy;
 use super::line;
+use super::polynomial::Fraction;
 use super::queue::{Knot, SegmentQueue};
 use super::segment::PathSegment;
+use super::singular;
 use crate::config::Config;
 use crate::nc::command::{BoundaryCondition, Motion, Move, SplineKind, SplineSpec};
 use crate::units::{AxisVec, Position};
@@ -18,12 +26,32 @@ use crate::units::{AxisVec, Position};
 #[derive(Clone, Copy)]
 struct Open {
     kind: SplineKind,
+    /// Start condition in force.
+    begin: BoundaryCondition,
     /// End condition of the newest block.
     end: BoundaryCondition,
+    /// `SPLINEPATH` in force.
+    axes: u8,
+    /// Points so far of an A- or C-spline, the start among them; counts up to 255.
+    points: u8,
+    /// Text line of the newest point.
+    block: u32,
     /// Over what the newest chord is measured.
     measure: Measure,
     /// A block without motion has ended it; it waits for the direction of the next one that moves.
     closing: bool,
+}
+
+impl Open {
+    /// Points without which an A- or C-spline has no shape, its start among them.
+    fn least(&self) -> u8 {
+        let is_auto = |condition| condition == BoundaryCondition::NotAKnot;
+        if is_auto(self.begin) || is_auto(self.end) {
+            3
+        } else {
+            2
+        }
+    }
 }
 
 /// Takes motion blocks, yields cubic segments in path order. Holds at most one open spline, in bounded memory.
@@ -32,7 +60,10 @@ struct Open {
 /// slope per unit of parameter, so their tangents agree to the rounding of `f32`.
 ///
 /// Blocks without motion make no segment. An exact stop asked for by one applies where the path then stands: at the
-/// newest knot of an open spline; after anything else the segment has already been handed on and the stop is lost.
+/// newest knot of an open spline; after anything else the segment has already been handed on, and the caller learns of
+/// the stop from [`SegmentBuilder::take_stop`].
+///
+/// Feeds leave as mm/s (degree/s where no linear axis moves): `G93` is multiplied by the length of its block here.
 pub struct SegmentBuilder {
     position: Position,
     open: Option<Open>,
@@ -40,6 +71,11 @@ pub struct SegmentBuilder {
     cubic: CubicSpline,
     bspline: BSpline,
     queue: SegmentQueue,
+    lazy: Option<Lazy>,
+    /// A curve under way has failed; reported by the next call that can.
+    failed: Option<GeometryError>,
+    /// An exact stop where the path stands, whose segment has left.
+    stop: bool,
 }
 
 impl SegmentBuilder {
@@ -53,6 +89,9 @@ impl SegmentBuilder {
             cubic: CubicSpline::new(),
             bspline: BSpline::new(),
             queue: SegmentQueue::new(),
+            lazy: None,
+            failed: None,
+            stop: false,
         }
     }
 
@@ -60,7 +99,11 @@ impl SegmentBuilder {
     pub fn reset(&mut self, start: Position) {
         self.position = start;
         self.open = None;
+        self.bspline = BSpline::new();
         self.queue.clear();
+        self.lazy = None;
+        self.failed = None;
+        self.stop = false;
     }
 
     /// Position of the last accepted end point.
@@ -69,23 +112,77 @@ impl SegmentBuilder {
         self.position
     }
 
-    /// True while a spline is being collected or segments wait to be drained.
+    /// True while a spline is being collected, segments wait to be drained or an error waits to be reported.
     #[must_use]
     pub fn is_open(&self) -> bool {
-        self.open.is_some() || !self.queue.is_empty()
+        self.open.is_some() || self.is_cutting() || self.failed.is_some()
+    }
+
+    /// True if [`SegmentBuilder::finish`] would not cut a spline short of the points it needs: with nothing open, or
+    /// enough of it. A sender that merely pauses should not end a spline while this is false.
+    #[must_use]
+    pub fn can_finish(&self) -> bool {
+        match self.open {
+            Some(open) if open.kind == SplineKind::BSpline => self.bspline.has_enough(),
+            Some(open) => open.points >= open.least(),
+            None => true,
+        }
+    }
+
+    /// What a curve met while [`SegmentBuilder::next`] cut it, once; the curve has been dropped.
+    pub fn take_failure(&mut self) -> Option<GeometryError> {
+        self.failed.take()
+    }
+
+    /// True once after a block without motion asked for an exact stop where the path stands, while the segment that leads
+    /// there has already been handed on: whoever holds that segment stops at its end.
+    pub fn take_stop(&mut self) -> bool {
+        core::mem::take(&mut self.stop)
+    }
+
+    /// True while segments wait to be drained.
+    fn is_cutting(&self) -> bool {
+        !self.queue.is_empty() || self.lazy.is_some() || self.bspline.is_draining()
     }
 
     /// Next finished segment, in path order.
-    pub fn next(&mut self, _config: &Config) -> Option<PathSegment> {
-        self.queue.pop()
+    ///
+    /// `None` also if a curve fails on the way; the error is what the next [`SegmentBuilder::push`] or
+    /// [`SegmentBuilder::finish`] returns.
+    pub fn next(&mut self, config: &Config) -> Option<PathSegment> {
+        loop {
+            if let Some(segment) = self.queue.pop() {
+                return Some(segment);
+            }
+            let result = if let Some(lazy) = &mut self.lazy {
+                lazy.advance(config, &mut self.queue).map(|goes_on| {
+                    if !goes_on {
+                        self.lazy = None;
+                    }
+                })
+            } else if self.bspline.is_draining() {
+                self.drain(config)
+            } else {
+                return None;
+            };
+            if let Err(error) = result {
+                self.failed = Some(error);
+                self.lazy = None;
+                self.bspline = BSpline::new();
+                return None;
+            }
+        }
     }
 
     /// Takes the next block. [`SegmentBuilder::next`] must have been called until it gave `None`.
     ///
     /// A spline is complete when a block of another kind arrives; its end tangent (`ETAN`) is the direction of that
-    /// block where that is known from the block alone (straight blocks, `G6`, the polygon of a B-spline).
+    /// block where that is known from the block alone (all but A- and C-splines; of a B-spline its polygon).
     ///
     /// # Errors
+    /// `NotDrained`: the block has not been taken; call `next` until `None` and push it again. Besides a caller that
+    /// forgot, this happens where the block ends a B-spline whose last spans are still to be cut.
+    ///
     /// The block is not accepted. Where the block itself is wrong (everything but `NotFinite` and `OutOfRange`
     /// in the course of a curve), an open spline stands as it was and [`SegmentBuilder::finish`] completes it up to the
     /// block before. Where the curve is wrong, the open spline is dropped: call [`SegmentBuilder::reset`].
@@ -94,7 +191,10 @@ impl SegmentBuilder {
             block: block.block,
             kind,
         };
-        if !self.queue.is_empty() {
+        if let Some(error) = self.failed.take() {
+            return Err(error);
+        }
+        if self.is_cutting() {
             return Err(fail(GeometryErrorKind::NotDrained));
         }
         if block.motion != Motion::Rapid && !(block.feed.is_finite() && block.feed > 0.0) {
@@ -108,19 +208,33 @@ impl SegmentBuilder {
                     self.rest(block.exact_stop);
                     return Ok(());
                 }
-                self.complete(config, Some(by))?;
+                self.complete_before(config, Some(by), &knot)?;
                 line::emit(config, &mut self.queue, &self.position, &knot, &by)?;
             }
             Motion::Cubic(cubic) => {
                 let (start, end) =
                     g6::slopes(config, &self.position, &block.target, &cubic).map_err(fail)?;
-                self.complete(config, Some(start))?;
+                self.complete_before(config, Some(start), &knot)?;
                 let start = g6::smooth_start(start, self.queue.tail());
                 self.queue.emit(config, &self.position, &knot, start, end)?;
             }
             Motion::Spline(spec) => self.spline(config, &spec, knot, &by)?,
-            Motion::Arc(_) | Motion::Polynomial(_) => {
-                return Err(fail(GeometryErrorKind::NotFinite));
+            Motion::Arc(arc) => {
+                let circle = Circle::new(config, &self.position, &knot.at, &arc).map_err(fail)?;
+                let timed = knot.timed(|| Some(circle.length(config)))?;
+                self.complete_before(config, Some(circle.direction()), &knot)?;
+                self.lazy = Some(Lazy::circle(self.position, timed, circle));
+            }
+            Motion::Polynomial(polynomial) => {
+                let curve =
+                    Fraction::new(config, &self.position, &knot.at, &polynomial).map_err(fail)?;
+                let Some(direction) = curve.direction() else {
+                    self.rest(block.exact_stop);
+                    return Ok(());
+                };
+                let timed = knot.timed(|| curve_length(config, &curve))?;
+                self.complete_before(config, Some(direction), &knot)?;
+                self.polynomial(config, curve, timed)?;
             }
         }
         self.position = knot.at;
@@ -129,12 +243,36 @@ impl SegmentBuilder {
 
     /// The path ends here (program end, standstill function, time-out): completes an open spline.
     ///
-    /// Without a block behind it, `ETAN` is taken as `ENAT`.
+    /// Without a block behind it, `ETAN` is taken as `ENAT`. Call [`SegmentBuilder::next`] until `None` afterwards, and
+    /// this once more if [`SegmentBuilder::is_open`] still says so.
     ///
     /// # Errors
-    /// `NotFinite` or `OutOfRange` in the last part of the spline, which is then dropped.
+    /// `NotFinite`, `OutOfRange` or `TooFewPoints` in the last part of the spline, which is then dropped; what a curve
+    /// has met since the last call.
     pub fn finish(&mut self, config: &Config) -> Result<(), GeometryError> {
+        if let Some(error) = self.failed.take() {
+            return Err(error);
+        }
         self.complete(config, None)
+    }
+
+    /// A curve without motion before it that is still open: one cubic where that is exact, else cut as it is asked for.
+    ///
+    /// The start of a cubic turns by up to 0.1 degree into the direction of the path, as that of a `G6` block does:
+    /// printed coefficients are rounded.
+    fn polynomial(
+        &mut self,
+        config: &Config,
+        curve: Fraction,
+        end: Knot,
+    ) -> Result<(), GeometryError> {
+        let Some((slope_start, slope_end)) = curve.cubic() else {
+            self.lazy = Some(Lazy::fraction(self.position, end, curve));
+            return Ok(());
+        };
+        let slope_start = g6::smooth_start(slope_start, self.queue.tail());
+        let queue = &mut self.queue;
+        singular::emit(config, queue, &self.position, &end, slope_start, slope_end)
     }
 
     /// One point of a spline.
@@ -150,41 +288,50 @@ impl SegmentBuilder {
             bspline::validate(spec).map_err(fail)?;
         }
         let chord = Chord::new(config, by);
-        let continues = self
-            .open
-            .is_some_and(|open| open.kind == spec.kind && !open.closing);
+        let continues = !spec.first
+            && self.open.is_some_and(|open| {
+                open.kind == spec.kind && open.axes == spec.axes && !open.closing
+            });
         let measure = match (&chord, self.open) {
             (Some(chord), _) => chord.measure,
             (None, Some(open)) if continues => open.measure,
             (None, _) => Measure::Linear,
         };
         if chord.is_none() && spec.kind != SplineKind::BSpline {
-            self.rest_in_spline(spec, knot.exact_stop, continues);
+            self.rest_in_spline(spec, &knot, continues);
             return Ok(());
         }
         if !continues {
             // The polygon is tangent to a B-spline; how A and C begin is not known yet.
             let direction = (spec.kind == SplineKind::BSpline).then_some(*by);
-            self.complete(config, direction)?;
+            self.complete_before(config, direction, &knot)?;
             let origin = Knot::origin(self.position);
             let begin = Boundary::resolve(config, spec.begin, self.queue.tail(), measure);
             match spec.kind {
-                SplineKind::Akima => self.akima.start(origin, begin),
-                SplineKind::Cubic => self.cubic.start(origin, begin),
+                SplineKind::Akima => self.akima.start(origin, begin, spec.axes),
+                SplineKind::Cubic => self.cubic.start(origin, begin, spec.axes),
                 SplineKind::BSpline => self.bspline.start(origin, spec),
             }
         } else if spec.kind == SplineKind::BSpline {
             self.bspline.accepts(spec).map_err(fail)?;
         }
+        let before = self.open.filter(|_| continues);
         self.open = Some(Open {
             kind: spec.kind,
+            begin: before.map_or(spec.begin, |open| open.begin),
             end: spec.end,
+            axes: spec.axes,
+            points: before.map_or(1, |open| open.points).saturating_add(1),
+            block: knot.block,
             measure,
             closing: false,
         });
         let queue = &mut self.queue;
         let result = match (spec.kind, chord) {
-            (SplineKind::BSpline, _) => self.bspline.push(config, queue, knot, spec.interval),
+            (SplineKind::BSpline, _) => self
+                .bspline
+                .push(config, queue, knot, spec)
+                .and_then(|span| self.span(config, span)),
             (SplineKind::Akima, Some(chord)) => self.akima.push(config, queue, knot, &chord),
             (SplineKind::Cubic, Some(chord)) => self.cubic.push(config, queue, knot, &chord),
             (_, None) => Ok(()),
@@ -206,15 +353,16 @@ impl SegmentBuilder {
     }
 
     /// A point of an A- or C-spline that coincides with the one before.
-    fn rest_in_spline(&mut self, spec: &SplineSpec, exact_stop: bool, continues: bool) {
+    fn rest_in_spline(&mut self, spec: &SplineSpec, knot: &Knot, continues: bool) {
         if let Some(open) = &mut self.open {
             if continues {
                 open.end = spec.end;
+                open.block = knot.block;
             } else {
                 open.closing = true;
             }
         }
-        if exact_stop {
+        if knot.exact_stop {
             self.stop_here();
         }
     }
@@ -227,9 +375,53 @@ impl SegmentBuilder {
             Some(SplineKind::BSpline) => Some(self.bspline.last_mut()),
             None => None,
         };
-        if let Some(knot) = knot {
-            knot.exact_stop = true;
+        match knot {
+            Some(knot) => knot.exact_stop = true,
+            None => self.stop = true,
         }
+    }
+
+    /// Completes an open spline before `block`, whose direction is `next`.
+    ///
+    /// # Errors
+    /// As [`SegmentBuilder::complete`]; `NotDrained` if its end has to be cut first.
+    fn complete_before(
+        &mut self,
+        config: &Config,
+        next: Option<AxisVec>,
+        block: &Knot,
+    ) -> Result<(), GeometryError> {
+        let position = self.position;
+        self.complete(config, next)?;
+        // A tool vector has turned the rotary axes to where no block said.
+        if self.is_rational() || self.position != position {
+            return Err(block.error(GeometryErrorKind::NotDrained));
+        }
+        Ok(())
+    }
+
+    /// A B-spline has spans that are not yet cut.
+    fn is_rational(&self) -> bool {
+        self.lazy.is_some() || self.bspline.is_draining()
+    }
+
+    /// Takes a span of a B-spline that makes several segments.
+    fn span(&mut self, config: &Config, span: Option<Piece>) -> Result<(), GeometryError> {
+        if let Some(span) = span {
+            let end = span.end.timed(|| curve_length(config, &span.curve))?;
+            self.lazy = Some(Lazy::span(span.start, end, span.curve));
+        }
+        Ok(())
+    }
+
+    /// The next span of a B-spline that has ended.
+    fn drain(&mut self, config: &Config) -> Result<(), GeometryError> {
+        let span = self.bspline.drain(config, &mut self.queue)?;
+        self.span(config, span)?;
+        if !self.bspline.is_draining() {
+            self.position = self.bspline.end().unwrap_or(self.position);
+        }
+        Ok(())
     }
 
     /// Completes an open spline; `next` is the direction of the block behind it.
@@ -237,11 +429,29 @@ impl SegmentBuilder {
         let Some(open) = self.open.take() else {
             return Ok(());
         };
+        if open.kind != SplineKind::BSpline && open.points < open.least() {
+            return Err(GeometryError {
+                block: open.block,
+                kind: GeometryErrorKind::TooFewPoints {
+                    least: open.least(),
+                    got: open.points,
+                },
+            });
+        }
         let end = Boundary::resolve(config, open.end, next, open.measure);
         match open.kind {
             SplineKind::Akima => self.akima.finish(config, &mut self.queue, end),
             SplineKind::Cubic => self.cubic.finish(config, &mut self.queue, end),
-            SplineKind::BSpline => self.bspline.finish(config, &mut self.queue),
+            SplineKind::BSpline => {
+                self.bspline.finish()?;
+                // Plain spans go into the queue, which holds more than there can be.
+                loop {
+                    self.drain(config)?;
+                    if self.lazy.is_some() || !self.bspline.is_draining() {
+                        return Ok(());
+                    }
+                }
+            }
         }
     }
 }

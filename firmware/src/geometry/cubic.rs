@@ -18,6 +18,7 @@ use heapless::Deque;
 use super::boundary::Boundary;
 use super::chord::{delta, zip, Chord};
 use super::error::GeometryError;
+use super::line::in_spline;
 use super::queue::{Knot, SegmentQueue};
 use super::singular::straighten;
 use crate::config::Config;
@@ -40,6 +41,8 @@ struct Row {
 pub(super) struct CubicSpline {
     rows: Deque<Row, { WINDOW + 2 }>,
     begin: Boundary,
+    /// One bit per axis that belongs to the spline; the others go linearly from knot to knot.
+    axes: u8,
     /// Chords so far, up to 3.
     chords: u8,
     /// The newest chord and the one before it.
@@ -54,6 +57,7 @@ impl CubicSpline {
         Self {
             rows: Deque::new(),
             begin: Boundary::Natural,
+            axes: u8::MAX,
             chords: 0,
             last: None,
             before: None,
@@ -61,10 +65,11 @@ impl CubicSpline {
         }
     }
 
-    /// Begins a spline at `origin`.
-    pub fn start(&mut self, origin: Knot, begin: Boundary) {
+    /// Begins a spline at `origin`; `axes` has one bit per axis that belongs to it.
+    pub fn start(&mut self, origin: Knot, begin: Boundary, axes: u8) {
         self.rows.clear();
         self.begin = begin;
+        self.axes = axes;
         self.chords = 0;
         self.last = None;
         self.before = None;
@@ -226,6 +231,7 @@ impl CubicSpline {
         emit(
             config,
             queue,
+            self.axes,
             &start.knot.at,
             &end.knot,
             slope_start,
@@ -262,6 +268,7 @@ impl CubicSpline {
             emit(
                 config,
                 queue,
+                self.axes,
                 &start.knot.at,
                 &end.knot,
                 slope_start,
@@ -272,16 +279,19 @@ impl CubicSpline {
     }
 }
 
-/// Emits one cubic; a straight one that starts or ends at rest (a path that turns back on itself) as a line.
+/// Emits one cubic over the axes of the spline; a straight one that starts or ends at rest (a path that turns back on itself) as a line.
 fn emit(
     config: &Config,
     queue: &mut SegmentQueue,
+    axes: u8,
     start: &Position,
     end: &Knot,
     slope_start: AxisVec,
     slope_end: AxisVec,
 ) -> Result<(), GeometryError> {
     let by = delta(config, start, &end.at).map_err(|kind| end.error(kind))?;
+    let slope_start = in_spline(axes, slope_start, &by);
+    let slope_end = in_spline(axes, slope_end, &by);
     let (slope_start, slope_end) = straighten(&by, slope_start, slope_end);
     queue.emit(config, start, end, slope_start, slope_end)
 }

@@ -1,4 +1,4 @@
-//! A straight block: the cubic whose slopes are its chord.
+//! Straight motion: the cubic whose slopes are its chord.
 
 use super::error::GeometryError;
 use super::queue::{Knot, SegmentQueue};
@@ -14,4 +14,15 @@ pub(super) fn emit(
     by: &AxisVec,
 ) -> Result<(), GeometryError> {
     queue.emit(config, start, end, *by, *by)
+}
+
+/// `slope` on the axes whose bit is set in `axes`, the chord `by` on those that go linearly beside a spline.
+pub(super) fn in_spline(axes: u8, slope: AxisVec, by: &AxisVec) -> AxisVec {
+    core::array::from_fn(|axis| {
+        if axes & (1 << axis) != 0 {
+            slope[axis]
+        } else {
+            by[axis]
+        }
+    })
 }

@@ -4,9 +4,10 @@ use heapless::Deque;
 
 use super::chord::{delta, in_range, measure};
 use super::error::{GeometryError, GeometryErrorKind};
+use super::fit;
 use super::segment::{HermiteSegment, PathSegment};
 use crate::config::Config;
-use crate::nc::command::{Cutter, Motion, Move};
+use crate::nc::command::{Cutter, FeedType, Motion, Move};
 use crate::units::{AxisVec, Position, AXES};
 
 /// Most segments one block can finish: a C-spline's whole window, and the block itself.
@@ -19,8 +20,10 @@ pub(super) struct Knot {
     pub at: Position,
     /// Text line.
     pub block: u32,
-    /// Feed on the way there, mm/s or degree/s; infinite for rapid motion.
+    /// Feed on the way there, mm/s or degree/s; infinite for rapid motion. Ways per second where `inverse` is set.
     pub feed: f32,
+    /// `G93`: the feed waits for the length of the way ([`Knot::timed`]).
+    pub inverse: bool,
     /// Come to rest there.
     pub exact_stop: bool,
     /// Jerk-limited on the way there.
@@ -40,6 +43,7 @@ impl Knot {
             at,
             block: block.block,
             feed,
+            inverse: block.feed_type == FeedType::Inverse && block.motion != Motion::Rapid,
             exact_stop: block.exact_stop,
             soft: block.soft,
             cutter: block.cutter,
@@ -52,10 +56,57 @@ impl Knot {
             at,
             block: 0,
             feed: 0.0,
+            inverse: false,
             exact_stop: false,
             soft: false,
             cutter: Cutter::OFF,
         }
+    }
+
+    /// This knot with a feed per time, once the length of the whole way there is known (mm or degree).
+    ///
+    /// Does nothing to a knot whose feed is per time already, so that a part of a way cannot be taken for the whole.
+    ///
+    /// # Errors
+    /// `Feed` if the product is no feed; `NotFinite` without a length.
+    pub fn timed(&self, length: impl FnOnce() -> Option<f32>) -> Result<Self, GeometryError> {
+        if !self.inverse {
+            return Ok(*self);
+        }
+        let length = length().ok_or_else(|| self.error(GeometryErrorKind::NotFinite))?;
+        let feed = self.feed * length;
+        if !(feed.is_finite() && feed > 0.0) {
+            return Err(self.error(GeometryErrorKind::Feed));
+        }
+        Ok(Self {
+            feed,
+            inverse: false,
+            ..*self
+        })
+    }
+
+    /// [`Knot::timed`] where the way is one cubic that makes `by`.
+    pub fn timed_by_cubic(
+        &self,
+        config: &Config,
+        by: &AxisVec,
+        slope_start: &AxisVec,
+        slope_end: &AxisVec,
+    ) -> Result<Self, GeometryError> {
+        self.timed(|| {
+            if slope_start == by && slope_end == by {
+                return measure(config, by).map(|(_, length)| length);
+            }
+            fit::length(config, |u| {
+                // Derivatives of the Hermite polynomials.
+                let v = 1.0 - u;
+                Some(core::array::from_fn(|axis| {
+                    6.0 * u * v * by[axis]
+                        + v * (v - 2.0 * u) * slope_start[axis]
+                        + u * (u - 2.0 * v) * slope_end[axis]
+                }))
+            })
+        })
     }
 
     /// This knot's block is to blame.
@@ -108,7 +159,8 @@ impl SegmentQueue {
 
     /// Takes the cubic from `start` to `end`, slopes per unit u in mm or degree.
     ///
-    /// A segment that is a single point is dropped (its exact stop goes to the segment before).
+    /// A segment that is a single point is dropped (its exact stop goes to the segment before). A knot whose feed still
+    /// waits for a length gets that of this cubic.
     ///
     /// # Errors
     /// `NotFinite`; `OutOfRange` if its Bezier hull, hence possibly the curve, leaves the range of positions.
@@ -137,6 +189,8 @@ impl SegmentQueue {
                 return Err(end.error(GeometryErrorKind::OutOfRange { axis }));
             }
         }
+        let by = delta(config, start, &end.at).map_err(|kind| end.error(kind))?;
+        let end = &end.timed_by_cubic(config, &by, &slope_start, &slope_end)?;
         self.out
             .push_back(PathSegment {
                 segment: HermiteSegment {
@@ -156,7 +210,6 @@ impl SegmentQueue {
             Some(slope_end)
         } else {
             // P'(1) = 0 (a doubled last control point): the path leaves along -P''(1) = 6 (P1 - P0) - 2 P'(0).
-            let by = delta(config, start, &end.at).map_err(|kind| end.error(kind))?;
             let away: AxisVec = core::array::from_fn(|axis| 3.0 * by[axis] - slope_start[axis]);
             measure(config, &away).map(|_| away)
         };

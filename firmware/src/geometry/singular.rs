@@ -104,6 +104,7 @@ pub(super) fn emit(
         ..*end
     };
     let by = delta(config, start, &end.at).map_err(fail)?;
+    let end = &end.timed_by_cubic(config, &by, &slope_start, &slope_end)?;
     let (mut first, mut last) = straighten(&by, slope_start, slope_end);
     let at_rest = |slope: &AxisVec| measure(config, slope).is_none();
     // P = u^2 D + u^3 E needs D: where it vanishes, too, the piece is straight and has been dealt with.

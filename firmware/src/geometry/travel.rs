@@ -2,54 +2,81 @@
 
 use super::HermiteSegment;
 use crate::config::Config;
-use crate::units::{sqrt, AXES};
+use crate::units::{sqrt, Position, Steps, AXES};
 
-/// First axis whose coordinate leaves its travel anywhere on `segment`, or `None`.
-///
-/// The extremes of a cubic lie at its ends or where its derivative, a quadratic, vanishes.
+/// Travel of all axes in steps: made once, because the way there from programmed units is a 128-bit division.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TravelBounds {
+    low: Position,
+    high: Position,
+}
+
+impl TravelBounds {
+    /// Bounds of a machine. An axis whose travel is beyond the range of positions has none: all of it is outside.
+    #[must_use]
+    pub fn new(config: &Config) -> Self {
+        let mut bounds = Self {
+            low: [Steps::MAX; AXES],
+            high: [Steps::MIN; AXES],
+        };
+        for (a, axis) in config.axes.iter().enumerate() {
+            let bound = |nano| config.steps_from_nano(a, nano);
+            if let (Some(low), Some(high)) = (bound(axis.travel_min), bound(axis.travel_max)) {
+                bounds.low[a] = low;
+                bounds.high[a] = high;
+            }
+        }
+        bounds
+    }
+
+    /// First axis whose coordinate leaves its travel anywhere on `segment`, or `None`.
+    ///
+    /// The extremes of a cubic lie at its ends or where its derivative, a quadratic, vanishes.
+    #[must_use]
+    pub fn outside(&self, config: &Config, segment: &HermiteSegment) -> Option<usize> {
+        (0..AXES).find(|&a| {
+            let (low, high) = (self.low[a], self.high[a]);
+            let (start, end) = (segment.start[a], segment.end[a]);
+            if start < low || start > high || end < low || end > high {
+                return true;
+            }
+            let unit = config.units_per_step(a);
+            let Some(delta) = end.checked_sub(start) else {
+                return true;
+            };
+            let delta = delta.to_num::<f32>() * unit;
+            let (t0, t1) = (segment.slope_start[a], segment.slope_end[a]);
+            // P'(u) = t0 + 2 b u + 3 c u^2
+            let (b, c) = (3.0 * delta - 2.0 * t0 - t1, t0 + t1 - 2.0 * delta);
+            let room = |u: f32| {
+                let moved = u * (t0 + u * (b + u * c));
+                let up = (high - start).to_num::<f32>() * unit;
+                let down = (low - start).to_num::<f32>() * unit;
+                // One tenth of a micrometre of f32 rounding.
+                moved <= up + 1e-4 && moved >= down - 1e-4
+            };
+            let inside = |u: f32| !(u > 0.0 && u < 1.0) || room(u);
+            let root = b * b - 3.0 * c * t0;
+            if root <= 0.0 {
+                return false;
+            }
+            // Stable pair of roots of 3 c u^2 + 2 b u + t0.
+            let q = -(b + sqrt(root).copysign(b));
+            !(inside(q / (3.0 * c)) && inside(t0 / q))
+        })
+    }
+}
+
+/// [`TravelBounds::outside`] for a caller that asks once.
 #[must_use]
 pub fn outside_travel(config: &Config, segment: &HermiteSegment) -> Option<usize> {
-    (0..AXES).find(|&a| {
-        let axis = &config.axes[a];
-        let bound = |nano| config.steps_from_nano(a, nano);
-        let (Some(low), Some(high)) = (bound(axis.travel_min), bound(axis.travel_max)) else {
-            return true;
-        };
-        let (start, end) = (segment.start[a], segment.end[a]);
-        if start < low || start > high || end < low || end > high {
-            return true;
-        }
-        let unit = config.units_per_step(a);
-        let Some(delta) = end.checked_sub(start) else {
-            return true;
-        };
-        let delta = delta.to_num::<f32>() * unit;
-        let (t0, t1) = (segment.slope_start[a], segment.slope_end[a]);
-        // P'(u) = t0 + 2 b u + 3 c u^2
-        let (b, c) = (3.0 * delta - 2.0 * t0 - t1, t0 + t1 - 2.0 * delta);
-        let room = |u: f32| {
-            let moved = u * (t0 + u * (b + u * c));
-            let up = (high - start).to_num::<f32>() * unit;
-            let down = (low - start).to_num::<f32>() * unit;
-            // One tenth of a micrometre of f32 rounding.
-            moved <= up + 1e-4 && moved >= down - 1e-4
-        };
-        let inside = |u: f32| !(u > 0.0 && u < 1.0) || room(u);
-        let root = b * b - 3.0 * c * t0;
-        if root <= 0.0 {
-            return false;
-        }
-        // Stable pair of roots of 3 c u^2 + 2 b u + t0.
-        let q = -(b + sqrt(root).copysign(b));
-        !(inside(q / (3.0 * c)) && inside(t0 / q))
-    })
+    TravelBounds::new(config).outside(config, segment)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::config::tests::test_config;
-    use crate::units::Steps;
 
     fn segment(end: f32, t0: f32, t1: f32) -> HermiteSegment {
         let mut s = HermiteSegment {

@@ -2,11 +2,14 @@
 //! state behind it and what the line itself asks for. Nothing outside changes, so a line that fails
 //! half way leaves no trace.
 
-use super::command::BoundaryCondition;
-use super::error::{Excerpt, Fault, NcErrorKind};
+use super::error::{Excerpt, Fault};
 use super::lexer::{letter_bit, Lexer, Word, WordKind};
+use super::modal::{Lists, Modal, Placed, Tool};
 use super::number::Decimal;
-use super::table::{find, Action, Group, Keyword, Mode, Row, G_FUNCTIONS, M_FUNCTIONS};
+use super::parameters::Parameters;
+use super::table::{find, Mode, Row, Special, G_FUNCTIONS, M_FUNCTIONS};
+use crate::catalogue::{nc as message, Message};
+use crate::config::Dialect;
 use crate::units::AXES;
 
 /// Largest block number.
@@ -15,56 +18,6 @@ const BLOCK_NUMBER_MAX: u32 = 99_999_999;
 const FUNCTION_MAX: u32 = 999;
 /// Largest tool number.
 const TOOL_NUMBER_MAX: u32 = 99_999_999;
-/// Largest `PW` in units of 1e-4.
-const WEIGHT_MAX: i64 = 30_000;
-
-/// Coefficients of one `G6` block: K3, K2, K1 of up to all axes, in the order of the text.
-pub(super) type Coefficients = [i64; 3 * AXES];
-
-/// State that stays from line to line.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Modal {
-    /// Group 1.
-    pub mode: Mode,
-    /// Group 19.
-    pub begin: BoundaryCondition,
-    /// Group 20.
-    pub end: BoundaryCondition,
-    /// `SD`.
-    pub degree: u8,
-    /// `G90`.
-    pub absolute: bool,
-    /// `G70`.
-    pub inch: bool,
-    /// `G60`.
-    pub exact_stop: bool,
-    /// `SOFT`.
-    pub soft: bool,
-    /// Feed of moves with linear axes, mm/s; 0 until programmed.
-    pub feed_linear: f32,
-    /// Feed of moves of rotary axes alone, degree/s; 0 until programmed.
-    pub feed_rotary: f32,
-    /// `S`, rpm.
-    pub speed: f32,
-    /// Weight of the first point of the B-spline under way, 1e-4; 0 before its first point.
-    pub first_weight: u16,
-}
-
-/// `T`: the tool that `M6` changes to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Tool {
-    /// `T5`.
-    Number(u32),
-    /// `T="FR_4"`.
-    Name(Excerpt),
-}
-
-/// A number and the index of its word.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Placed<T> {
-    pub at: usize,
-    pub value: T,
-}
 
 /// One line, read.
 #[derive(Clone, Copy, Debug)]
@@ -74,7 +27,7 @@ pub(super) struct Block {
     /// Letters present, one bit each.
     pub letters: u32,
     /// Groups present, one bit each.
-    groups: u32,
+    pub groups: u32,
     /// Byte index of the first word of each letter present.
     places: [u8; 26],
     /// Coordinates as printed, per axis; zero where the axis has no word.
@@ -85,27 +38,59 @@ pub(super) struct Block {
     pub axes: usize,
     /// Byte index of the first coordinate.
     pub first_axis: usize,
-    /// `F`, `S`, `P`, `I`.
+    /// `F`, `S`, `P`.
     pub f: Decimal,
     pub s: Decimal,
     pub p: Decimal,
-    pub i: Decimal,
+    /// `I`, `J`, `K` of a circle, or `XH`, `YH`, `ZH`.
+    pub ijk: [Decimal; 3],
+    /// `R`, or `CR`.
+    pub r: Decimal,
     /// `T`.
     pub tool: Option<Tool>,
-    /// `G4` and its place.
-    pub dwell: Option<usize>,
+    /// Function of group 2 and its place.
+    pub special: Option<Placed<Special>>,
     /// `G9`.
     pub exact_stop: bool,
-    /// [`Misc`] bits.
+    /// `G53`.
+    pub suppress: bool,
+    /// [`super::table::Misc`] bits.
     pub misc: u16,
+    /// `M41` to `M45`: 1 to 5.
+    pub gear: u8,
+    /// `L`.
+    pub l: u8,
+    /// `TURN`.
+    pub turns: Option<Placed<u16>>,
+    /// Place of `CR`.
+    pub radius: Option<usize>,
+    /// `AC`, `DC`: one bit per axis, then I, J, K.
+    pub absolute: u8,
+    /// `IC`: the same.
+    pub incremental: u8,
+    /// `XH`, `YH`, `ZH` present, one bit each, and the place of the first.
+    pub tool_point: u8,
+    pub tool_point_at: usize,
     /// `PW` in 1e-4.
     pub weight: Option<Placed<u16>>,
     /// `SD`.
     pub degree: Option<Placed<u8>>,
     /// `PL`.
-    pub interval: Option<Placed<f32>>,
-    /// Coefficients in the buffer, old and new.
+    pub interval: Option<Placed<Decimal>>,
+    /// Coefficients in the list `k`, old and new.
     pub k_count: usize,
+    /// Axes (and [`super::modal::DENOMINATOR`]) with coefficients of `POLY`, old and new.
+    pub polynomial: u8,
+    /// Place of the first polynomial of the line.
+    pub polynomial_at: Option<usize>,
+    /// Place of the word that may not stand under compensation.
+    pub needs_g40: Option<Placed<usize>>,
+    /// Place of `G41` or `G42`.
+    pub side_at: Option<usize>,
+    /// `MSG`.
+    pub message: Option<Excerpt>,
+    /// `GOTOF`.
+    pub label: Option<Excerpt>,
 }
 
 /// What the reader of a line needs to know besides its text.
@@ -119,6 +104,22 @@ pub(super) struct Before<'a> {
     pub only_k: bool,
     /// Coefficients that block has already.
     pub k_count: usize,
+    /// Axes of a `POLY` block to come that have their coefficients already.
+    pub polynomial: u8,
+    /// Dialect in force.
+    pub dialect: Dialect,
+    /// Linear axes, one bit each.
+    pub linear: u8,
+}
+
+impl Before<'_> {
+    /// Index of the axis with `letter`.
+    pub fn axis(&self, letter: u8) -> Option<usize> {
+        self.axis_of
+            .get(usize::from(letter.wrapping_sub(b'A')))
+            .map(|axis| usize::from(*axis))
+            .filter(|axis| *axis < AXES)
+    }
 }
 
 impl Block {
@@ -136,19 +137,36 @@ impl Block {
             f: Decimal::ZERO,
             s: Decimal::ZERO,
             p: Decimal::ZERO,
-            i: Decimal::ZERO,
+            ijk: [Decimal::ZERO; 3],
+            r: Decimal::ZERO,
             tool: None,
-            dwell: None,
+            special: None,
             exact_stop: false,
+            suppress: false,
             misc: 0,
+            gear: 0,
+            l: 0,
+            turns: None,
+            radius: None,
+            absolute: 0,
+            incremental: 0,
+            tool_point: 0,
+            tool_point_at: 0,
             weight: None,
             degree: None,
             interval: None,
             k_count: before.k_count,
+            polynomial: before.polynomial,
+            polynomial_at: None,
+            needs_g40: None,
+            side_at: None,
+            message: None,
+            label: None,
         }
     }
 
-    /// Reads one line. New coefficients go into `k` behind those `before` counts.
+    /// Reads one line. New coefficients go into `lists` beside those `before` counts, parameters of assignments into
+    /// `parameters`, whose state before the line then goes into `saved`.
     ///
     /// # Errors
     /// Everything that is wrong with a word or a pair of words, whatever the state of the machine.
@@ -156,28 +174,41 @@ impl Block {
         &mut self,
         text: &[u8],
         before: &Before,
-        k: &mut Coefficients,
+        lists: &mut Lists,
+        parameters: &mut Parameters,
+        saved: &mut Option<Parameters>,
     ) -> Result<(), Fault> {
         let mut lexer = Lexer::new(text)?;
         if let Some(at) = lexer.header()? {
             if before.only_k {
-                return Err(Fault::new(at, 0, |_| NcErrorKind::MissingCoefficients));
+                return Err(Fault::new(at, 0, &message::MISSING_COEFFICIENTS));
             }
             return Ok(());
         }
-        while let Some(word) = lexer.next_word()? {
+        while let Some(word) = lexer.next_word(parameters)? {
             match word.kind {
                 WordKind::Address(letter, number) => {
-                    self.address(&word, letter, number, before, k)?
+                    self.address(&word, letter, number, before, lists)?;
+                    if let Some(Placed {
+                        value: Special::ReferencePoint | Special::FixedPoint,
+                        ..
+                    }) = self.special
+                    {
+                        lexer.bare = true;
+                    }
                 }
                 _ if before.only_k => {
-                    return Err(Fault::new(word.at, 0, |_| NcErrorKind::MissingCoefficients))
+                    return Err(Fault::new(word.at, 0, &message::MISSING_COEFFICIENTS))
                 }
-                WordKind::Keyword(row, number) => self.keyword(&word, row, number)?,
-                WordKind::ToolName(name) => {
-                    self.once(&word, b'T')?;
-                    self.tool = Some(Tool::Name(Excerpt::new(name)));
+                WordKind::Keyword(row, number) => self.act(&word, row.group, row.action, number)?,
+                WordKind::Assign(index, value) => {
+                    saved.get_or_insert_with(|| parameters.clone());
+                    parameters.set(usize::from(index), value);
                 }
+                WordKind::Polynomial(letter) => {
+                    self.coefficients(&word, letter, &mut lexer, parameters, before, lists)?;
+                }
+                _ => self.phrase(&word, &mut lexer, before)?,
             }
         }
         Ok(())
@@ -193,6 +224,13 @@ impl Block {
         self.places
             .get(usize::from(letter.wrapping_sub(b'A')))
             .map_or(0, |place| usize::from(*place))
+    }
+
+    /// Byte index of the first address but `N`, 0 without one.
+    #[cold]
+    pub fn first_word(&self) -> usize {
+        let letters = (b'A'..=b'Z').filter(|letter| *letter != b'N' && self.has(*letter));
+        letters.map(|letter| self.place(letter)).min().unwrap_or(0)
     }
 
     /// Enters a letter; false if it stood in the line before.
@@ -211,11 +249,11 @@ impl Block {
     }
 
     #[inline]
-    fn once(&mut self, word: &Word, letter: u8) -> Result<(), Fault> {
+    pub(super) fn once(&mut self, word: &Word, letter: u8) -> Result<(), Fault> {
         if self.enter(word.at, letter) {
             Ok(())
         } else {
-            Err(Fault::new(word.at, 1, NcErrorKind::RepeatedWord))
+            Err(Fault::new(word.at, 1, &message::REPEATED_WORD))
         }
     }
 
@@ -226,27 +264,39 @@ impl Block {
         letter: u8,
         number: Decimal,
         before: &Before,
-        k: &mut Coefficients,
+        lists: &mut Lists,
     ) -> Result<(), Fault> {
         if before.only_k && letter != b'N' && letter != b'K' {
-            return Err(Fault::new(word.at, 0, |_| NcErrorKind::MissingCoefficients));
+            return Err(Fault::new(word.at, 0, &message::MISSING_COEFFICIENTS));
         }
         match letter {
             b'G' => {
                 self.enter(word.at, letter);
-                self.function(word, number, &G_FUNCTIONS, NcErrorKind::GNotAvailable)
+                self.function(
+                    word,
+                    number,
+                    &G_FUNCTIONS,
+                    before,
+                    &message::G_NOT_AVAILABLE,
+                )
             }
             b'M' => {
                 self.enter(word.at, letter);
-                self.function(word, number, &M_FUNCTIONS, NcErrorKind::MNotAvailable)
+                self.function(
+                    word,
+                    number,
+                    &M_FUNCTIONS,
+                    before,
+                    &message::M_NOT_AVAILABLE,
+                )
             }
-            b'K' => {
+            b'K' if before.only_k || self.modal.mode == Mode::Cubic => {
                 self.enter(word.at, letter);
-                self.coefficient(word, number, k)
+                self.coefficient(word, number, lists)
             }
             b'N' => {
                 if self.groups != 0 || self.letters & !letter_bit(b'N') != 0 {
-                    return Err(Fault::new(word.at, 0, |_| NcErrorKind::BlockNumberNotFirst));
+                    return Err(Fault::new(word.at, 0, &message::BLOCK_NUMBER_NOT_FIRST));
                 }
                 self.once(word, letter)?;
                 natural(word, number, BLOCK_NUMBER_MAX).map(drop)
@@ -263,8 +313,23 @@ impl Block {
                 self.p = number;
                 self.once(word, letter)
             }
-            b'I' => {
-                self.i = number;
+            b'I' | b'J' | b'K' => {
+                if let Some(entry) = self.ijk.get_mut(usize::from(letter.wrapping_sub(b'I'))) {
+                    *entry = number;
+                }
+                self.once(word, letter)
+            }
+            b'R' => {
+                self.r = number;
+                self.once(word, letter)
+            }
+            b'D' => {
+                self.modal.offsets = natural(word, number, 1)? == 1;
+                self.once(word, letter)
+            }
+            b'L' => {
+                // whatever it is, a number that is not small is no table of G10
+                self.l = natural(word, number, BLOCK_NUMBER_MAX)?.min(u32::from(u8::MAX)) as u8;
                 self.once(word, letter)
             }
             b'T' => {
@@ -276,7 +341,7 @@ impl Block {
     }
 
     #[inline]
-    fn axis(
+    pub(super) fn axis(
         &mut self,
         word: &Word,
         letter: u8,
@@ -301,7 +366,7 @@ impl Block {
                 self.axes += 1;
                 Ok(())
             }
-            _ => Err(Fault::new(word.at, 1, NcErrorKind::AxisNotConfigured)),
+            _ => Err(Fault::new(word.at, 1, &message::AXIS_NOT_CONFIGURED)),
         }
     }
 
@@ -311,123 +376,50 @@ impl Block {
         word: &Word,
         number: Decimal,
         rows: &'static [Row],
-        missing: fn(Excerpt) -> NcErrorKind,
+        before: &Before,
+        missing: &'static Message,
     ) -> Result<(), Fault> {
         match number
             .index(FUNCTION_MAX)
             .and_then(|number| find(rows, number))
         {
             Some((_, group, action)) => self.act(word, *group, *action, Decimal::ZERO),
-            None => Err(Fault::new(word.at, word.length, missing)),
+            None => self.decimal_function(word, number, before.dialect, missing),
         }
-    }
-
-    fn keyword(&mut self, word: &Word, row: &Keyword, number: Decimal) -> Result<(), Fault> {
-        self.act(word, row.group, row.action, number)
     }
 
     fn coefficient(
         &mut self,
         word: &Word,
         number: Decimal,
-        k: &mut Coefficients,
+        lists: &mut Lists,
     ) -> Result<(), Fault> {
         let Some(value) = number.whole() else {
             let kind = if number.exponent < 0 {
-                NcErrorKind::NotWhole
+                &message::NOT_WHOLE
             } else {
-                NcErrorKind::OutOfRange
+                &message::OUT_OF_RANGE
             };
             return Err(Fault::new(word.at, word.length, kind));
         };
-        match k.get_mut(self.k_count) {
+        match lists.k.get_mut(self.k_count) {
             Some(entry) => {
                 *entry = value;
                 self.k_count += 1;
                 Ok(())
             }
-            None => Err(Fault::new(
-                word.at,
-                word.length,
-                NcErrorKind::UnexpectedWord,
-            )),
+            None => Err(Fault::new(word.at, word.length, &message::UNEXPECTED_WORD)),
         }
     }
-
-    /// Applies a row of the tables.
-    #[inline]
-    fn act(
-        &mut self,
-        word: &Word,
-        group: Group,
-        action: Action,
-        number: Decimal,
-    ) -> Result<(), Fault> {
-        let bit = 1 << group as u32;
-        if self.groups & bit != 0 {
-            return Err(Fault::new(word.at, word.length, NcErrorKind::SameGroup));
-        }
-        self.groups |= bit;
-        match action {
-            Action::Nothing => {}
-            Action::Motion(mode) => self.modal.mode = mode,
-            Action::Dwell => self.dwell = Some(word.at),
-            Action::ExactStopOnce => self.exact_stop = true,
-            Action::ExactStop(on) => self.modal.exact_stop = on,
-            Action::Inch(on) => self.modal.inch = on,
-            Action::Absolute(on) => self.modal.absolute = on,
-            Action::Begin(condition) => self.modal.begin = condition,
-            Action::End(condition) => self.modal.end = condition,
-            Action::Soft(on) => self.modal.soft = on,
-            Action::Misc(misc) => self.misc |= misc.bit(),
-            Action::Weight => {
-                let weight = number
-                    .scaled(1, 4)
-                    .filter(|weight| (1..=WEIGHT_MAX).contains(weight));
-                let value = weight.and_then(|weight| u16::try_from(weight).ok());
-                self.weight = Some(Placed {
-                    at: word.at,
-                    value: value.ok_or_else(|| out_of_range(word))?,
-                });
-            }
-            Action::Degree => {
-                let value = match number.whole() {
-                    Some(2) => 2,
-                    Some(3) => 3,
-                    _ => return Err(out_of_range(word)),
-                };
-                self.degree = Some(Placed { at: word.at, value });
-            }
-            Action::Interval => {
-                let value = number.to_f32();
-                // the range of the 840D, and what f32 arithmetic can use
-                if !(0.0001..=99_999.999).contains(&value) {
-                    return Err(out_of_range(word));
-                }
-                self.interval = Some(Placed { at: word.at, value });
-            }
-            Action::RefuseCompensation => {
-                return Err(Fault::new(word.at, 0, |_| {
-                    NcErrorKind::CompensationNotAvailable
-                }));
-            }
-        }
-        Ok(())
-    }
-}
-
-#[cold]
-fn out_of_range(word: &Word) -> Fault {
-    Fault::new(word.at, word.length, NcErrorKind::OutOfRange)
 }
 
 /// A number of digits only, at most `max`.
-fn natural(word: &Word, number: Decimal, max: u32) -> Result<u32, Fault> {
+pub(super) fn natural(word: &Word, number: Decimal, max: u32) -> Result<u32, Fault> {
     number.index(max).ok_or_else(|| {
         let kind = if number.exponent == 0 {
-            NcErrorKind::OutOfRange
+            &message::OUT_OF_RANGE
         } else {
-            NcErrorKind::NotWhole
+            &message::NOT_WHOLE
         };
         Fault::new(word.at, word.length, kind)
     })

@@ -253,6 +253,9 @@ pub enum Auxiliary {
 }
 
 /// One unit of work for the stages behind the interpreter.
+///
+/// Nearly every command is a move: making the others as large costs nothing, and there is no heap to put a move on.
+#[allow(clippy::large_enum_variant)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Command {
     /// Motion.

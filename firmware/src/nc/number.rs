@@ -107,6 +107,55 @@ impl Decimal {
         })
     }
 
+    /// The number that `value` is to nine decimals; `None` if it is not finite or beyond 2^53.
+    #[cold]
+    pub fn from_f64(value: f64) -> Option<Self> {
+        const WHOLE: f64 = 9_007_199_254_740_992.0;
+        const SCALE: f64 = 1.0e9;
+        let size = libm::fabs(value);
+        if size.is_nan() || size > WHOLE {
+            return None;
+        }
+        let whole = libm::floor(size) == size;
+        let (scaled, exponent) = if whole || size * SCALE > WHOLE {
+            (size, 0)
+        } else {
+            (size * SCALE, -9)
+        };
+        Some(Self {
+            // within 2^53
+            mantissa: libm::round(scaled) as u64,
+            exponent,
+            negative: value < 0.0,
+        })
+    }
+
+    /// Nearest `f64`; exact to half a unit in the last place up to 15 digits and 22 decimals.
+    #[cold]
+    pub fn to_f64(self) -> f64 {
+        let mut value = self.mantissa as f64;
+        let mut left = self.exponent.unsigned_abs().min(400);
+        while left > 0 {
+            let step = left.min(22);
+            let mut power = 1.0;
+            for _ in 0..step {
+                // exact up to 10^22
+                power *= 10.0;
+            }
+            value = if self.exponent < 0 {
+                value / power
+            } else {
+                value * power
+            };
+            left -= step;
+        }
+        if self.negative {
+            -value
+        } else {
+            value
+        }
+    }
+
     /// `round(self * factor * 10^digits)`, half away from zero; `None` beyond `i64`.
     ///
     /// `factor` is 1 or 254 (inch: 25.4 is 254 tenths), so 128 bits always suffice.

@@ -2,7 +2,7 @@
 
 use core::fmt::{self, Write};
 
-use crate::config::Config;
+use crate::config::{Config, Dialect, ToolData};
 use crate::machine::State;
 use crate::units::{AXES, NANO_PER_UNIT};
 
@@ -96,4 +96,41 @@ pub fn identity(
         out.write_char(char::from(axis.letter))?;
     }
     out.write_str("]\r\n")
+}
+/// One row of the tool table: `[T:number|name|R:radius|L:length]`, mm with three decimals.
+pub fn tool(out: &mut impl Write, tool: &ToolData) -> fmt::Result {
+    write!(out, "[T:{}|", tool.number)?;
+    for &byte in tool.name.iter().take_while(|byte| **byte != 0) {
+        out.write_char(char::from(byte))?;
+    }
+    let (radius, length) = (
+        Thousandths(tool.radius / 1000),
+        Thousandths(tool.length / 1000),
+    );
+    write!(out, "|R:{radius}|L:{length}]\r\n")
+}
+
+/// Names of the dialects on the wire, upper case.
+const DIALECTS: [(Dialect, &str); 3] = [
+    (Dialect::Sinumerik, "SINUMERIK"),
+    (Dialect::Fanuc, "FANUC"),
+    (Dialect::Heidenhain, "HEIDENHAIN"),
+];
+
+/// Name of a dialect.
+#[must_use]
+pub fn dialect_name(dialect: Dialect) -> &'static str {
+    DIALECTS
+        .iter()
+        .find(|row| row.0 == dialect)
+        .map_or("", |row| row.1)
+}
+
+/// Dialect of a name.
+#[must_use]
+pub fn dialect(name: &[u8]) -> Option<Dialect> {
+    DIALECTS
+        .iter()
+        .find(|row| row.1.as_bytes() == name)
+        .map(|row| row.0)
 }

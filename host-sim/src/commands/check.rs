@@ -41,8 +41,10 @@ impl Observer for Watch {
 /// # Errors
 /// See [`Exit`]; the JSON file is written all the same when the program fails.
 pub fn check(args: &CheckArgs) -> Result<Exit, Failure> {
-    let machine = Machine::load(args.machine.as_deref())?;
-    let program = Program::load(&args.program)?;
+    let mut machine = Machine::load(args.machine.as_deref())?;
+    let reading = args.language.reading(machine.config.dialect);
+    machine.config.dialect = reading.dialect;
+    let program = Program::load_as(&args.program, &reading)?;
     let max_ticks = ticks(args.max_time, machine.config.servo_hz);
     let options = Options {
         auto_start: true,

@@ -9,6 +9,7 @@ use pentaspline::config::AxisKind;
 use serde::Serialize;
 
 use super::progress_bar;
+use crate::cli::LanguageArgs;
 use crate::diagnostics::{Exit, Failure, Located};
 use crate::emulate::{self, EmulateError, Emulated, Observer, Options};
 use crate::program::Program;
@@ -29,6 +30,9 @@ pub struct EmulateArgs {
     /// Firmware image instead of target/firmware/qemu.elf.
     #[arg(long, value_name = "FILE.elf")]
     pub image: Option<PathBuf>,
+    /// How the program is read.
+    #[command(flatten)]
+    pub language: LanguageArgs,
 }
 
 /// What the JSON file holds; keys mean what they mean in the summary of `run`.
@@ -90,10 +94,12 @@ impl Observer for Bar {
 /// # Errors
 /// Exit code 6 if the emulator, the image or the trace fails; else as `run`.
 pub fn emulate(args: &EmulateArgs) -> Result<Exit, Failure> {
-    let program = Program::load(&args.program)?;
+    let reading = args.language.reading(MACHINE.dialect);
+    let program = Program::load_as(&args.program, &reading)?;
     let options = Options {
         image: args.image.clone(),
         auto_start: args.auto_start,
+        preamble: args.language.preamble(),
         ..Options::default()
     };
     let mut bar = Bar(progress_bar(program.len()));

@@ -15,9 +15,10 @@ use crate::diagnostics::{Exit, Failure, Located};
 use crate::events;
 use crate::machine_file::Machine;
 use crate::plant::Plant;
+use crate::precheck;
 use crate::program::Program;
 use crate::report::{self, AxisInfo, ReportData, TickRecord};
-use crate::runner::{self, Observer, Options};
+use crate::runner::{self, Observer, Options, Outcome};
 use crate::summary::{PlantSummary, Summary, SummaryBuilder};
 use crate::trace::TraceWriter;
 use crate::travel::TravelWatch;
@@ -152,8 +153,10 @@ fn empty_report(machine: &Machine, program: &Program) -> ReportData {
 /// # Errors
 /// See [`Exit`]; files asked for are written all the same when the program fails.
 pub fn run(args: &RunArgs) -> Result<Exit, Failure> {
-    let machine = Machine::load(args.machine.as_deref())?;
-    let program = Program::load(&args.program)?;
+    let mut machine = Machine::load(args.machine.as_deref())?;
+    let reading = args.language.reading(machine.config.dialect);
+    machine.config.dialect = reading.dialect;
+    let program = Program::load_as(&args.program, &reading)?;
     let events = match &args.events {
         Some(path) => events::load(path)?,
         None => Vec::new(),
@@ -170,7 +173,16 @@ pub fn run(args: &RunArgs) -> Result<Exit, Failure> {
         Some(path) => Failure::io("write trace", path, &e),
         None => Failure::new(Exit::Io, Located::new(e.to_string())),
     };
-    let outcome = runner::run(&program, &machine, &options, &mut recorder).map_err(trace_failed)?;
+    let looked = if args.no_check {
+        Ok(())
+    } else {
+        precheck::check(&program, &machine)
+    };
+    let outcome = match looked {
+        Ok(()) => runner::run(&program, &machine, &options, &mut recorder).map_err(trace_failed)?,
+        // Refused before anything moves; the files are written all the same.
+        Err(complaint) => Outcome::refused(complaint),
+    };
     let (mut summary, report) = recorder
         .finish(program.name(), outcome.digest)
         .map_err(trace_failed)?;

@@ -7,8 +7,11 @@ use std::time::Duration;
 
 use clap::Args;
 
-use super::{progress_bar, stop_on_signal, TRAVEL_ERROR};
+use super::{progress_bar, refused, stop_on_signal, TRAVEL_ERROR};
+use crate::cli::LanguageArgs;
 use crate::diagnostics::{Exit, Failure, Located};
+use crate::machine_file::Machine;
+use crate::precheck;
 use crate::program::Program;
 use crate::send::{reply, stream, Notice, Options, SendError};
 
@@ -28,6 +31,15 @@ pub struct SendArgs {
     /// Answer every hold (M0, M1) with cycle start instead of waiting for a person.
     #[arg(long)]
     pub auto_start: bool,
+    /// Machine file of the machine behind the port, for the look through the program, instead of the built-in MCV 1210.
+    #[arg(long, value_name = "FILE")]
+    pub machine: Option<PathBuf>,
+    /// Send without having looked through the whole program.
+    #[arg(long)]
+    pub no_check: bool,
+    /// How the program is read.
+    #[command(flatten)]
+    pub language: LanguageArgs,
 }
 
 /// Streams the program and waits until the machine is at rest.
@@ -37,7 +49,17 @@ pub struct SendArgs {
 /// the controller is not idle to begin with, 5 for the port, an alarm, silence, or an interruption.
 pub fn send(args: &SendArgs) -> Result<Exit, Failure> {
     static STOP: AtomicBool = AtomicBool::new(false);
-    let program = Program::load(&args.program)?;
+    let mut machine = Machine::load(args.machine.as_deref())?;
+    let reading = args.language.reading(machine.config.dialect);
+    machine.config.dialect = reading.dialect;
+    let program = Program::load_as(&args.program, &reading)?;
+    if !args.no_check {
+        precheck::check(&program, &machine).map_err(|complaint| {
+            let Failure { exit, report } = refused(&program, &machine, &complaint);
+            let help = "nothing has been sent; --no-check sends all the same";
+            Failure::new(exit, report.more_help(help))
+        })?;
+    }
     let port_failed = |e: &dyn std::fmt::Display| {
         Failure::new(
             Exit::Io,
@@ -72,6 +94,7 @@ pub fn send(args: &SendArgs) -> Result<Exit, Failure> {
     let options = Options {
         auto_start: args.auto_start,
         stop: Some(&STOP),
+        preamble: args.language.preamble(),
     };
     let result = stream(port, &lines, options, &mut notify);
     bar.finish_and_clear();

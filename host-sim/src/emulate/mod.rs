@@ -49,6 +49,8 @@ pub struct Options {
     pub image: Option<PathBuf>,
     /// Give cycle start at `M0` and `M1`.
     pub auto_start: bool,
+    /// A `$` line, without its line end, that goes before the program.
+    pub preamble: Option<&'static str>,
     /// Give up if the board neither moves nor takes a line for this long (wall clock).
     pub stall: Duration,
     /// Give up after this long (wall clock).
@@ -60,6 +62,7 @@ impl Default for Options {
         Self {
             image: None,
             auto_start: false,
+            preamble: None,
             stall: Duration::from_secs(120),
             deadline: Duration::from_secs(3600),
         }
@@ -144,10 +147,12 @@ pub fn emulate(
         banner: String::new(),
         messages: Vec::new(),
         ended_by: None,
+        prepared: options.preamble.is_none(),
         program_bytes: Vec::new(),
         trace_bytes: Vec::new(),
     };
     session.greet()?;
+    session.prepare()?;
     let end = session.stream()?;
     session.conclude(end)
 }
@@ -183,6 +188,8 @@ struct Session<'a> {
     banner: String,
     messages: Vec<String>,
     ended_by: Option<End>,
+    /// The preamble has been answered.
+    prepared: bool,
     program_bytes: Vec<u8>,
     trace_bytes: Vec<u8>,
 }
@@ -199,6 +206,23 @@ impl Session<'_> {
         }
         // Only answers count from here on; those that were lost never come.
         self.unanswered = 0;
+        Ok(())
+    }
+
+    /// Sends the preamble and waits for its answer; nothing else may be on its way then, so the count stays right.
+    fn prepare(&mut self) -> Result<(), EmulateError> {
+        let Some(line) = self.options.preamble else {
+            return Ok(());
+        };
+        self.board.send(Line::Program, line.as_bytes())?;
+        self.board.send(Line::Program, b"\n")?;
+        let asked = Instant::now();
+        while !self.prepared {
+            if asked.elapsed() > GREETING {
+                return Err(EmulateError::NoAnswer(GREETING));
+            }
+            self.listen()?;
+        }
         Ok(())
     }
 
@@ -341,8 +365,12 @@ impl Session<'_> {
                 None if self.banner.is_empty() => self.banner = line,
                 None => {}
             },
-            Reply::Ok => self.progress(),
+            Reply::Ok => {
+                self.prepared = true;
+                self.progress();
+            }
             Reply::Error(complaint) => {
+                self.prepared = true;
                 self.feeder.stop();
                 self.ended_by.get_or_insert(End::Refused(complaint));
                 self.progress();

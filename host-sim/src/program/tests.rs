@@ -1,13 +1,14 @@
 //! Laws of inlining and of the way back from a streamed line to its file.
 
 use super::*;
+use crate::diagnostics::Exit;
 use proptest::prelude::*;
 
 /// A folder of its own that goes away with the test.
-struct Folder(PathBuf);
+pub(super) struct Folder(pub(super) PathBuf);
 
 impl Folder {
-    fn new(name: &str, files: &[(&str, &str)]) -> Self {
+    pub(super) fn new(name: &str, files: &[(&str, &str)]) -> Self {
         let path = std::env::temp_dir().join(format!("host-sim-{name}-{}", std::process::id()));
         let _ = std::fs::remove_dir_all(&path);
         std::fs::create_dir_all(&path).unwrap();
@@ -17,7 +18,7 @@ impl Folder {
         Self(path)
     }
 
-    fn load(&self) -> Result<Program, Failure> {
+    pub(super) fn load(&self) -> Result<Program, Failure> {
         Program::load(&self.0.join("MAIN.MPF"))
     }
 }
@@ -28,7 +29,7 @@ impl Drop for Folder {
     }
 }
 
-fn sent(program: &Program) -> Vec<String> {
+pub(super) fn sent(program: &Program) -> Vec<String> {
     program
         .lines()
         .map(|line| String::from_utf8(line.to_vec()).unwrap())
@@ -160,13 +161,11 @@ fn nc_text_is_never_taken_for_a_call() {
         "M30",
         "SOFT",
         "BTAN ETAN",
-        "L150",
         "T=\"FR_4\"",
         "(KONTUR)",
         "; KONTUR",
         "K1 K2 K3",
         "N10 G54",
-        "GOTOF LABEL",
         "KONTUR X1",
         "\"KONTUR\"",
         "Y-0",
@@ -183,9 +182,13 @@ fn bytes_that_act_on_the_wire_stay_in_comments_only() {
     let program =
         Program::from_text("p", "G1 X1 ; is it? ja! \u{159}ez\nG1 (~ \u{7f}) Y2\n").unwrap();
     assert_eq!(sent(&program), ["G1 X1 ; is it_ ja_ _ez", "G1 (_ _) Y2"]);
+    let program = Program::from_text("p", "MSG(\"done! (\u{e9}; ?)\") X1\n").unwrap();
+    assert_eq!(sent(&program), ["MSG(\"done_ (_; _)\") X1"]);
     for bad in [
         "G1 ! X1",
         "G1 X1 ~",
+        "T=\"a!\"",
+        "X=(1) ~ (2)",
         "?",
         "G1 \u{84}",
         "G1 (a) \u{18}",

@@ -1,6 +1,8 @@
-//! Just enough NC lexing for the host: is this line a sub-program call, and can it go over the wire?
+//! Just enough NC lexing for the host: which bytes of a line are code, and can it go over the wire?
 //!
-//! Everything that is not a call is left to the core, which alone knows the language and its errors.
+//! Everything but the flow of the program is left to the core, which alone knows the language and its errors.
+
+use pentaspline::config::Dialect;
 
 /// Words of the NC language made of letters. A line that holds one is never a sub-program call; whether the
 /// core of this version understands the word is the core's to say. (840D programming manuals, lists of
@@ -99,29 +101,47 @@ const KEYWORDS: &[&str] = &[
     "ZH",
 ];
 
-/// Longest identifier of an 840D.
-const IDENTIFIER_MAX: usize = 31;
+/// Words behind which a parenthesis holds arguments or the rest of an expression, not a comment.
+const FUNCTIONS: &[&str] = &[
+    "AC",
+    "IC",
+    "DC",
+    "ACP",
+    "ACN",
+    "MSG",
+    "SPLINEPATH",
+    "SIN",
+    "COS",
+    "TAN",
+    "ASIN",
+    "ACOS",
+    "ATAN",
+    "ATAN2",
+    "SQRT",
+    "ABS",
+    "POT",
+    "ROUND",
+    "TRUNC",
+    "LN",
+    "EXP",
+    "DIV",
+    "MOD",
+    "IF",
+    "AND",
+    "OR",
+    "XOR",
+    "NOT",
+];
 
-/// A candidate for a sub-program call.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Call {
-    /// The identifier as written.
-    pub text: String,
-    /// Its first character, from 0.
-    pub column: usize,
-    /// It could also be glued NC words (`L150`): a call only if the file exists.
-    pub may_be_nc: bool,
-}
-
-/// What the host knows of one line.
+/// One line of a program file, read as far as the host needs it.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Line {
-    /// The line as it is sent: one ASCII byte per character; what may not be sent is `_` (comments only).
+    /// The line as it is sent: one ASCII byte per character; what may not be sent is `_` (comments and messages only).
     pub wire: Vec<u8>,
+    /// The same columns in upper case, comments blank and strings a row of `"`.
+    pub code: Vec<u8>,
     /// First character (from 0) that cannot be sent.
     pub unsendable: Option<usize>,
-    /// Sub-program call.
-    pub call: Option<Call>,
     /// `M2` or `M30` stands in the line.
     pub ends_program: bool,
     /// `M17` stands in the line.
@@ -134,61 +154,78 @@ pub struct Line {
     end_word: (usize, usize),
 }
 
+/// What the characters of a line are in.
+#[derive(Clone, Copy, PartialEq)]
+enum Inside {
+    Code,
+    /// Up to the end of the line.
+    Remark,
+    /// Up to the next `)`.
+    Parentheses,
+    String,
+}
+
 impl Line {
-    /// Looks at `text`, one line without its line end.
+    /// Looks at `text`, one line without its line end, as `dialect` has it.
     #[must_use]
-    pub fn new(text: &str) -> Self {
-        let mut line = Self::default();
-        // Code with comments and strings blanked, same columns.
-        let mut code = Vec::with_capacity(text.len());
-        let header = text.trim_start().starts_with('%');
-        let (mut comment, mut string, mut after_equals) = (header, false, false);
-        let mut closes = header;
+    pub fn new(text: &str, dialect: Dialect) -> Self {
+        let mut line = Self {
+            header: text.trim_start().starts_with('%'),
+            ..Self::default()
+        };
+        let mut inside = if line.header {
+            Inside::Remark
+        } else {
+            Inside::Code
+        };
+        // Parentheses of expressions that are open, and the string is one that is only shown.
+        let (mut open, mut shown) = (0_usize, false);
         for (column, c) in text.chars().enumerate() {
-            if !comment && !string {
-                match c {
-                    ';' => (comment, closes) = (true, false),
-                    // `PO[X]=(..)` is not a comment.
-                    '(' if !after_equals => (comment, closes) = (true, true),
-                    _ => {}
-                }
-            }
             let byte = u8::try_from(c).unwrap_or(0xff);
+            let before = inside;
+            match (inside, c) {
+                (Inside::Code, ';') => inside = Inside::Remark,
+                (Inside::Code, '(') if dialect != Dialect::Heidenhain => {
+                    if open > 0 || opens_expression(&line.code) {
+                        open += 1;
+                    } else {
+                        inside = Inside::Parentheses;
+                    }
+                }
+                (Inside::Code, ')') => open = open.saturating_sub(1),
+                (Inside::Code, '"') => {
+                    inside = Inside::String;
+                    shown = line.code.trim_ascii_end().ends_with(b"MSG(");
+                }
+                (Inside::String, '"') => inside = Inside::Code,
+                (Inside::Parentheses, ')') => inside = Inside::Code,
+                _ => {}
+            }
+            let text_only = |inside| matches!(inside, Inside::Remark | Inside::Parentheses);
             if sendable(byte) {
                 line.wire.push(byte);
             } else {
                 line.wire.push(b'_');
-                if !comment && line.unsendable.is_none() {
+                let harmless = text_only(inside) || (inside == Inside::String && shown);
+                if !harmless && line.unsendable.is_none() {
                     line.unsendable = Some(column);
                 }
             }
-            let hidden = comment || string || c == '"';
-            code.push(if hidden {
+            line.code.push(if text_only(inside) || text_only(before) {
                 b' '
+            } else if inside == Inside::String || before == Inside::String {
+                // A string is a word of its own: it must not look like an empty line.
+                b'"'
             } else {
                 byte.to_ascii_uppercase()
             });
-            if c == ')' && closes && !header {
-                comment = false;
-            }
-            if c == '"' && !comment {
-                string = !string;
-                // A string is a word of its own: it must not look like an empty line.
-                if let Some(last) = code.last_mut() {
-                    *last = b'"';
-                }
-            }
-            if !c.is_whitespace() && !comment {
-                after_equals = c == '=';
-            }
         }
-        line.header = header;
-        line.classify(&code, text);
+        line.take_m_words();
         line
     }
 
-    fn classify(&mut self, code: &[u8], text: &str) {
-        for (at, number, end) in m_words(code) {
+    fn take_m_words(&mut self) {
+        for (at, number, end) in m_words(&self.code) {
             match number {
                 0 | 1 => self.stop = self.stop.or(Some(at)),
                 17 => self.returns = true,
@@ -199,52 +236,46 @@ impl Line {
                 _ => {}
             }
         }
-        let mut start = skip_blanks(code, 0);
-        // A block number, possibly hidden by `/`.
-        if code.get(start) == Some(&b'/') {
-            start = skip_blanks(code, start + 1);
-        }
-        if code.get(start) == Some(&b'N') && code.get(start + 1).is_some_and(u8::is_ascii_digit) {
-            start += 1;
-            while code.get(start).is_some_and(u8::is_ascii_digit) {
-                start += 1;
-            }
-            start = skip_blanks(code, start);
-        }
-        let rest = &code[start..];
-        let len = rest
-            .iter()
-            .position(|&b| !(b.is_ascii_alphanumeric() || b == b'_'))
-            .unwrap_or(rest.len());
-        let word = &rest[..len];
-        let alone = rest[len..].iter().all(u8::is_ascii_whitespace);
-        if !alone || word.is_empty() || word.len() > IDENTIFIER_MAX || word[0].is_ascii_digit() {
-            return;
-        }
-        let letters = word.iter().take(2).filter(|b| !b.is_ascii_digit()).count();
-        if letters < 2 && word[0] != b'L' || is_nc(word, word[0] != b'L') {
-            return;
-        }
-        self.call = Some(Call {
-            text: text.chars().skip(start).take(len).collect(),
-            column: start,
-            may_be_nc: letters < 2,
-        });
     }
 
-    /// The line with its `M2` or `M30` turned into `M17`, as an 840D reads them in a sub-program.
-    #[must_use]
-    pub fn wire_as_return(self) -> Vec<u8> {
-        let mut wire = self.wire;
-        wire.splice(self.end_word.0..self.end_word.1, *b"M17");
-        wire
+    /// Turns the `M2` or `M30` of the line into `M17`, as an 840D reads them in a sub-program; a Heidenhain control
+    /// has no word for it.
+    pub fn end_is_return(&mut self, dialect: Dialect) {
+        let (from, to) = self.end_word;
+        let word: &[u8] = match dialect {
+            Dialect::Sinumerik | Dialect::Fanuc => b"M17",
+            Dialect::Heidenhain => b"",
+        };
+        if from < to {
+            self.wire.splice(from..to, word.iter().copied());
+        }
+    }
+}
+
+/// True if a parenthesis behind `code` belongs to an expression or a list of arguments.
+fn opens_expression(code: &[u8]) -> bool {
+    let trimmed = code.trim_ascii_end();
+    let named = |b: &&u8| b.is_ascii_alphanumeric() || **b == b'_';
+    let len = trimmed.iter().rev().take_while(named).count();
+    let (before, word) = trimmed.split_at(trimmed.len() - len);
+    let function = |word: &[u8]| FUNCTIONS.iter().any(|f| f.as_bytes() == word);
+    if len > 0 {
+        // Straight behind it, the word may be glued to what stands before: `XAC(`, `R1DIV(`.
+        let glued = trimmed.len() == code.len();
+        return function(word) || (glued && (1..len).any(|from| function(&word[from..])));
+    }
+    match before.last() {
+        // At the beginning of a line it marks a block that can be skipped.
+        Some(b'/') => before.contains(&b'='),
+        Some(last) => b"=+-*,<>[".contains(last),
+        None => false,
     }
 }
 
 /// Column, from 0, of an `M0` or `M1` in `text`.
 #[must_use]
 pub fn program_stop(text: &str) -> Option<usize> {
-    Line::new(text).stop
+    Line::new(text, Dialect::Sinumerik).stop
 }
 
 /// Length in characters of the word of `text` that starts at character `column`; at least 1.
@@ -275,7 +306,7 @@ fn sendable(byte: u8) -> bool {
     byte == b'\t' || (matches!(byte, b' '..=b'}') && !matches!(byte, b'?' | b'!'))
 }
 
-fn skip_blanks(code: &[u8], from: usize) -> usize {
+pub(super) fn skip_blanks(code: &[u8], from: usize) -> usize {
     let blank = code
         .iter()
         .skip(from)
@@ -316,7 +347,7 @@ fn m_words(code: &[u8]) -> impl Iterator<Item = (usize, u32, usize)> + '_ {
 }
 
 /// True if `word` (upper case) is a chain of keywords and addresses with numbers, glued as some senders do.
-fn is_nc(word: &[u8], addresses: bool) -> bool {
+pub(super) fn is_nc(word: &[u8], addresses: bool) -> bool {
     let mut reach = vec![false; word.len() + 1];
     reach[0] = true;
     for at in 0..word.len() {

@@ -268,7 +268,7 @@ fn a_program_stop_waits_for_a_person_or_is_passed_by_auto_start() {
     };
     let options = Options {
         auto_start: true,
-        stop: None,
+        ..Options::default()
     };
     assert_eq!(
         stand_in.clone().try_send(&lines, options).0.unwrap().lines,
@@ -289,6 +289,7 @@ fn a_program_stop_waits_for_a_person_or_is_passed_by_auto_start() {
         Options {
             auto_start: false,
             stop: Some(&give_up),
+            ..Options::default()
         },
         &mut notify,
     );
@@ -357,4 +358,30 @@ fn trouble_is_told_apart() {
         }),
         "no answer from the controller within 5 s"
     );
+}
+
+#[test]
+fn the_preamble_goes_first_and_is_no_line_of_the_program() {
+    let lines = program(10);
+    let options = Options {
+        preamble: Some("$DIALECT FANUC"),
+        ..Options::default()
+    };
+    let (result, seen) = StandIn::default().try_send(&lines, options);
+    assert_eq!(result.unwrap().lines, 10);
+    assert_eq!(seen.lines[0], "$DIALECT FANUC");
+    assert_eq!(seen.lines[1..], lines);
+    // Line numbers of refusals count from the program.
+    for (bad, expected) in [(1, 0), (4, 3)] {
+        let stand_in = StandIn {
+            refuse: Some((bad, "", "")),
+            ..StandIn::default()
+        };
+        let (result, seen) = stand_in.try_send(&lines, options);
+        let Err(SendError::Refused { line, .. }) = result else {
+            panic!("{result:?}");
+        };
+        assert_eq!(line, expected);
+        assert!(bad > 1 || seen.lines.len() == 1);
+    }
 }

@@ -1,4 +1,9 @@
 //! A small reader of program text, independent of the core's: good programs only, and only what moves.
+//!
+//! Sinumerik and Fanuc are read here, Heidenhain in [`super::conversation`]. No parameters, jumps or sub-programs.
+
+use super::conversation;
+use super::words::{words, Word};
 
 /// Axes by letter, in the order of the machine.
 pub const LETTERS: [char; 5] = ['X', 'Y', 'Z', 'A', 'C'];
@@ -28,6 +33,27 @@ pub enum End {
     Tangent,
 }
 
+/// Which words a program is written in.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Language {
+    /// Sinumerik.
+    #[default]
+    Sinumerik,
+    /// Fanuc.
+    Fanuc,
+    /// Heidenhain conversational.
+    Heidenhain,
+}
+
+/// What of the machine a program depends on.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Setup {
+    /// Words.
+    pub language: Language,
+    /// `G54` to `G57`.
+    pub offsets: [Target; 4],
+}
+
 /// How a block moves.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Motion {
@@ -45,9 +71,46 @@ pub enum Motion {
         degree: usize,
         /// `PL`, 1 unless given.
         interval: f64,
+        /// `PW`, 1 unless given.
+        weight: f64,
+        /// Axes of the spline.
+        axes: [bool; 5],
     },
-    /// `G6`: I in mm, and K3 K2 K1 per axis.
-    Cubic(f64, [[f64; 3]; 5]),
+    /// `G6`, `SPL`: P = end + b3 v^3 + b2 v^2 + b1 v with v from 1 to 0; `[b3, b2, b1]` per axis.
+    Cubic([[f64; 3]; 5]),
+    /// `G2`, `G3`.
+    Arc {
+        /// First and second axis of the plane.
+        plane: [usize; 2],
+        /// `G2`
+        clockwise: bool,
+        /// Absolute centre, 1e-6 mm.
+        centre: Result<[i64; 2], f64>,
+        /// `TURN`
+        turns: u32,
+    },
+    /// `POLY`
+    Polynomial {
+        /// `PL`
+        length: f64,
+        /// a2..a5 per axis.
+        axes: [[f64; 4]; 5],
+        /// Value at the end, b2..b5.
+        under: [f64; 5],
+        /// Where the coefficients count from.
+        origin: Target,
+    },
+    /// `G06.2`, whole: order, points, weights, knots.
+    Nurbs {
+        /// `P`
+        order: usize,
+        /// Control points.
+        points: Vec<Target>,
+        /// `R`
+        weights: Vec<f64>,
+        /// `K`
+        knots: Vec<f64>,
+    },
 }
 
 /// One thing a program does.
@@ -61,254 +124,503 @@ pub enum Item {
         motion: Motion,
         /// Where to.
         target: Target,
-        /// Programmed feed, mm/s.
+        /// Programmed feed, mm/s; under `G93` blocks per second.
         feed: f64,
+        /// `G93`
+        inverse: bool,
         /// `G9`, `G60`
         stop: bool,
         /// `SOFT`
         soft: bool,
+        /// A word of G-group 1 stood in this line or since the last motion.
+        anew: bool,
     },
     /// A function that acts at standstill.
     Standstill,
 }
 
-enum Word {
-    Name(String),
-    Value(char, String),
-}
-
-/// Splits a line into words; keywords take precedence over letters.
-fn words(line: &str) -> Vec<Word> {
-    const NAMES: [&str; 14] = [
-        "ASPLINE", "BSPLINE", "CSPLINE", "BAUTO", "EAUTO", "BNAT", "ENAT", "BTAN", "ETAN", "SOFT",
-        "BRISK", "PL", "PW", "SD",
-    ];
-    let mut rest = line.to_ascii_uppercase();
-    if let Some(at) = rest.find(';') {
-        rest.truncate(at);
-    }
-    while let (Some(open), Some(close)) = (rest.find('('), rest.find(')')) {
-        rest.replace_range(open..=close, " ");
-    }
-    let mut rest = rest.trim();
-    let mut out = Vec::new();
-    if rest.starts_with('%') {
-        return out;
-    }
-    while let Some(first) = rest.chars().next() {
-        let number = |text: &str| -> usize {
-            // An exponent belongs to the number if digits come before and after it.
-            text.char_indices()
-                .take_while(|&(_, c)| c.is_ascii_digit() || "+-.E".contains(c))
-                .count()
-        };
-        if let Some(name) = NAMES.iter().find(|name| rest.starts_with(**name)) {
-            rest = &rest[name.len()..];
-            match *name {
-                "PL" | "PW" | "SD" => {
-                    rest = rest.strip_prefix('=').unwrap_or(rest);
-                    let len = number(rest);
-                    // Two letters of their own, so that they meet no address.
-                    let letter = if *name == "PL" { 'l' } else { 'w' };
-                    let letter = if *name == "SD" { 'd' } else { letter };
-                    out.push(Word::Value(letter, rest[..len].into()));
-                    rest = &rest[len..];
-                }
-                _ => out.push(Word::Name((*name).into())),
-            }
-        } else if let Some(tool) = rest.strip_prefix("T=\"") {
-            rest = tool.split_once('"').map_or("", |(_, rest)| rest);
-        } else {
-            rest = &rest[1..];
-            let len = number(rest);
-            out.push(Word::Value(first, rest[..len].into()));
-            rest = &rest[len..];
-        }
-        rest = rest.trim_start();
-    }
-    out
-}
-
-/// A printed decimal in units of 1e-6, rounded once.
-fn micro(text: &str) -> i64 {
-    let value: f64 = text.parse().unwrap_or_else(|_| panic!("number {text:?}"));
-    (value * 1e6).round() as i64
+/// Modal interpolation.
+#[derive(Clone, Copy, PartialEq)]
+enum Mode {
+    Rapid,
+    Linear,
+    Arc(bool),
+    Spline(Kind),
+    Cubic,
+    Polynomial,
+    Nurbs,
 }
 
 /// Modal state.
 struct Modal {
-    mode: Motion,
+    mode: Mode,
+    anew: bool,
     ends: [End; 2],
     degree: usize,
+    axes: [bool; 5],
+    plane: [usize; 3],
+    frame: Option<usize>,
     absolute: bool,
     inch: bool,
+    inverse: bool,
+    per_turn: bool,
+    speed: f64,
     stop: bool,
     soft: bool,
     feed: f64,
 }
 
-/// Everything `text` does, for a machine that is jerk-limited at power-up.
+/// Nearest 1e-6 of a printed number.
+pub(super) fn micro(value: f64) -> i64 {
+    (value * 1e6).round() as i64
+}
+
+/// A `G6` block in progress.
+struct Printed {
+    target: Target,
+    length: f64,
+    axes: Vec<usize>,
+    k: Vec<f64>,
+    after: bool,
+}
+
+impl Printed {
+    /// facts: i runs from I down to 0; K1 is Q28, K2 Q41, K3 Q53 in thousandths.
+    fn coefficients(&self) -> [[f64; 3]; 5] {
+        let mut out = [[0.0; 3]; 5];
+        for (axis, k) in self.axes.iter().zip(self.k.chunks(3)) {
+            let i = self.length;
+            out[*axis] = [
+                k[0] * 1e6 / 53_f64.exp2() * i.powi(3),
+                k[1] * 1e3 / 41_f64.exp2() * i.powi(2),
+                k[2] / 28_f64.exp2() * i,
+            ];
+        }
+        out
+    }
+}
+
+/// A `G06.2` curve in progress.
+struct Nurbs {
+    line: u32,
+    order: usize,
+    points: Vec<Target>,
+    weights: Vec<f64>,
+    knots: Vec<f64>,
+}
+
+/// Everything `text` does on a plain machine that is jerk-limited at power-up.
 ///
 /// # Panics
 /// On text that is not a good program.
 #[must_use]
 pub fn blocks(text: &str) -> Vec<Item> {
-    let spline = |kind| Motion::Spline {
-        kind,
-        ends: [End::Natural; 2],
-        degree: 3,
-        interval: 1.0,
-    };
-    let mut modal = Modal {
-        mode: Motion::Linear,
-        ends: [End::Natural; 2],
-        degree: 3,
-        absolute: true,
-        inch: false,
-        stop: false,
-        soft: true,
-        feed: 0.0,
-    };
-    let mut at: Target = [0; 5];
-    let mut out = Vec::new();
-    // A G6 block in progress: target, I, axes named, K words.
-    let mut cubic: Option<(Target, f64, Vec<usize>, Vec<f64>)> = None;
+    blocks_on(&Setup::default(), text)
+}
+
+/// Everything `text` does on the machine `setup`.
+///
+/// # Panics
+/// On text that is not a good program.
+#[must_use]
+pub fn blocks_on(setup: &Setup, text: &str) -> Vec<Item> {
+    if setup.language == Language::Heidenhain {
+        return conversation::blocks(text);
+    }
+    let mut reader = Reader::new(*setup);
     for (line, text) in (1..).zip(text.lines()) {
-        let mut target = at;
-        let mut axes = Vec::new();
-        let (mut interval, mut length, mut once) = (1.0, 0.0, false);
-        let (mut before, mut after, mut dwell) = (false, false, false);
-        let mut feed = None;
-        let mut given = Vec::new();
-        for word in words(text) {
-            let (letter, value) = match word {
-                Word::Name(name) => {
-                    let end = |name: &str| match &name[1..] {
-                        "AUTO" => End::Auto,
-                        "NAT" => End::Natural,
-                        _ => End::Tangent,
-                    };
-                    match name.as_str() {
-                        "SOFT" => modal.soft = true,
-                        "BRISK" => modal.soft = false,
-                        "ASPLINE" => modal.mode = spline(Kind::A),
-                        "BSPLINE" => {
-                            modal.mode = spline(Kind::B);
-                            modal.degree = 3;
-                        }
-                        "CSPLINE" => modal.mode = spline(Kind::C),
-                        name if name.starts_with('B') => modal.ends[0] = end(name),
-                        name => modal.ends[1] = end(name),
-                    }
-                    continue;
-                }
-                Word::Value(letter, value) => (letter, value),
-            };
-            let number = || -> f64 { value.parse().unwrap_or(0.0) };
-            match letter {
-                'G' => match number() as u32 {
-                    0 => modal.mode = Motion::Rapid,
-                    1 => modal.mode = Motion::Linear,
-                    4 => dwell = true,
-                    6 => modal.mode = Motion::Cubic(0.0, [[0.0; 3]; 5]),
-                    9 => once = true,
-                    60 => modal.stop = true,
-                    64 => modal.stop = false,
-                    70 => modal.inch = true,
-                    71 => modal.inch = false,
-                    90 => modal.absolute = true,
-                    91 => modal.absolute = false,
-                    _ => {}
-                },
-                'M' => match number() as u32 {
-                    3 | 4 | 6 | 8 => before = true,
-                    17 => {}
-                    _ => after = true,
-                },
-                'F' => feed = Some(number()),
-                'I' => length = number(),
-                'l' => interval = number(),
-                'd' => modal.degree = number() as usize,
-                'K' => {
-                    if let Some((.., k)) = &mut cubic {
-                        k.push(number());
-                    }
-                }
-                letter => {
-                    if let Some(axis) = LETTERS.iter().position(|l| *l == letter) {
-                        given.push((axis, value));
-                        axes.push(axis);
-                    }
-                }
+        reader.line(line, text);
+    }
+    reader.end_nurbs();
+    reader.out
+}
+
+struct Reader {
+    setup: Setup,
+    modal: Modal,
+    at: Target,
+    out: Vec<Item>,
+    printed: Option<Printed>,
+    nurbs: Option<Nurbs>,
+    /// `POX Q..`, `POD Q..` waiting for their end point.
+    prepared: Vec<(char, Vec<f64>)>,
+}
+
+impl Reader {
+    fn new(setup: Setup) -> Self {
+        Self {
+            setup,
+            modal: Modal {
+                mode: Mode::Linear,
+                anew: true,
+                ends: [End::Natural; 2],
+                degree: 3,
+                axes: [true; 5],
+                plane: [0, 1, 2],
+                frame: Some(0),
+                absolute: true,
+                inch: false,
+                inverse: false,
+                per_turn: false,
+                speed: 0.0,
+                stop: false,
+                soft: true,
+                feed: 0.0,
+            },
+            at: [0; 5],
+            out: Vec::new(),
+            printed: None,
+            nurbs: None,
+            prepared: Vec::new(),
+        }
+    }
+
+    fn select(&mut self, mode: Mode) {
+        if mode != Mode::Nurbs {
+            self.end_nurbs();
+        }
+        self.modal.mode = mode;
+        self.modal.anew = true;
+    }
+
+    fn name(&mut self, name: &str) {
+        let end = |name: &str| match &name[1..] {
+            "AUTO" => End::Auto,
+            "NAT" => End::Natural,
+            _ => End::Tangent,
+        };
+        match name {
+            "SOFT" => self.modal.soft = true,
+            "BRISK" => self.modal.soft = false,
+            "ASPLINE" => self.select(Mode::Spline(Kind::A)),
+            "BSPLINE" => {
+                self.modal.degree = 3;
+                self.select(Mode::Spline(Kind::B));
             }
-        }
-        for (axis, value) in given {
-            let unit = if modal.inch && axis < 3 { 25.4 } else { 1.0 };
-            let nano = (micro(&value) as f64 * unit).round() as i64;
-            target[axis] = if modal.absolute {
-                nano
-            } else {
-                at[axis] + nano
-            };
-        }
-        if let (Some(feed), false) = (feed, dwell) {
-            let unit = if modal.inch { 25.4 } else { 1.0 };
-            modal.feed = feed * unit / 60.0;
-        }
-        if before || dwell {
-            out.push(Item::Standstill);
-        }
-        let mut motion = (!axes.is_empty() && !dwell).then(|| modal.mode.clone());
-        match &mut motion {
-            Some(Motion::Spline {
-                ends,
-                degree,
-                interval: pl,
-                ..
-            }) => {
-                *ends = modal.ends;
-                *degree = modal.degree;
-                *pl = interval;
-            }
-            Some(Motion::Cubic(..)) => {
-                cubic = Some((target, length, axes, Vec::new()));
-                motion = None;
-            }
+            "CSPLINE" => self.select(Mode::Spline(Kind::C)),
+            "POLY" => self.select(Mode::Polynomial),
+            "BAUTO" | "BNAT" | "BTAN" => self.modal.ends[0] = end(name),
+            "EAUTO" | "ENAT" | "ETAN" => self.modal.ends[1] = end(name),
             _ => {}
         }
-        if cubic
-            .as_ref()
-            .is_some_and(|(_, _, axes, k)| k.len() == 3 * axes.len())
-        {
-            let (end, length, axes, k) = cubic.take().expect("just seen");
-            let mut triples = [[0.0; 3]; 5];
-            for (axis, triple) in axes.iter().zip(k.chunks(3)) {
-                triples[*axis].copy_from_slice(triple);
+    }
+
+    /// A G function; the flags are those of the line: exact stop, dwell, machine coordinates.
+    fn g(&mut self, number: f64, once: &mut bool, dwell: &mut bool, machine: &mut bool) {
+        let modal = &mut self.modal;
+        match (number * 10.0).round() as u32 {
+            0 => self.select(Mode::Rapid),
+            10 => self.select(Mode::Linear),
+            20 => self.select(Mode::Arc(true)),
+            30 => self.select(Mode::Arc(false)),
+            40 => *dwell = true,
+            60 => self.select(Mode::Cubic),
+            62 => self.select(Mode::Nurbs),
+            90 => *once = true,
+            170 => modal.plane = [0, 1, 2],
+            180 => modal.plane = [2, 0, 1],
+            190 => modal.plane = [1, 2, 0],
+            530 => *machine = true,
+            540..=570 => modal.frame = Some(number as usize - 54),
+            5000 => modal.frame = None,
+            600 => modal.stop = true,
+            640 => modal.stop = false,
+            700 | 7000 => modal.inch = true,
+            710 | 7100 => modal.inch = false,
+            900 => modal.absolute = true,
+            910 => modal.absolute = false,
+            930 => (modal.inverse, modal.per_turn) = (true, false),
+            940 => (modal.inverse, modal.per_turn) = (false, false),
+            950 => (modal.inverse, modal.per_turn) = (false, true),
+            _ => {}
+        }
+    }
+
+    fn line(&mut self, line: u32, text: &str) {
+        let words = words(text);
+        let (mut once, mut dwell, mut machine) = (false, false, false);
+        let (mut before, mut after) = (false, false);
+        // Addresses in the order of the line: letter, dimension (incremental or not), number.
+        let mut given: Vec<(String, Option<bool>, f64)> = Vec::new();
+        let mut polynomials = Vec::new();
+        for word in words {
+            match word {
+                Word::Name(name) => self.name(name),
+                Word::Value(key, value) => match key.as_str() {
+                    "G" => self.g(value, &mut once, &mut dwell, &mut machine),
+                    "M" => match value as u32 {
+                        3 | 4 | 6 | 8 | 7 => before = true,
+                        17 | 40..=45 => {}
+                        _ => after = true,
+                    },
+                    "N" | "T" | "D" => {}
+                    "S" => self.modal.speed = value,
+                    "SD" => self.modal.degree = value as usize,
+                    "Q" => {
+                        if let Some((_, numbers)) = self.prepared.last_mut() {
+                            numbers.push(value);
+                        }
+                    }
+                    _ => given.push((key, None, value)),
+                },
+                Word::Sized(letter, incremental, value) => {
+                    given.push((letter.into(), Some(incremental), value));
+                }
+                Word::Polynomial(axis, numbers) => polynomials.push((axis, numbers)),
+                Word::Preparation(axis) => self.prepared.push((axis, Vec::new())),
+                Word::Path(letters) => {
+                    self.modal.axes = LETTERS.map(|l| letters.is_empty() || letters.contains(l));
+                }
             }
-            target = end;
-            motion = Some(Motion::Cubic(length, triples));
+        }
+        let value = |key: &str| given.iter().find(|(k, ..)| k == key).map(|(.., v)| *v);
+        if let (Some(feed), false) = (value("F"), dwell) {
+            let unit = if self.modal.inch && !self.modal.inverse {
+                25.4
+            } else {
+                1.0
+            };
+            let turns = if self.modal.per_turn {
+                self.modal.speed
+            } else {
+                1.0
+            };
+            self.modal.feed = feed * unit * turns / 60.0;
+        }
+        if before || dwell {
+            self.out.push(Item::Standstill);
+        }
+        let moved = !dwell && self.act(line, &given, polynomials, once, machine, after);
+        if after && !moved {
+            self.end_nurbs();
+            self.out.push(Item::Standstill);
+        }
+    }
+
+    /// End point and axes named.
+    fn target(
+        &self,
+        given: &[(String, Option<bool>, f64)],
+        polynomials: &[(char, Vec<f64>)],
+        machine: bool,
+    ) -> (Target, Vec<usize>) {
+        let mut target = self.at;
+        let mut axes = Vec::new();
+        let ends = polynomials
+            .iter()
+            .filter(|(axis, _)| *axis != ' ')
+            .map(|(axis, numbers)| (axis.to_string(), None, numbers[0]));
+        for (key, dimension, number) in given.iter().cloned().chain(ends) {
+            let mut letters = key.chars();
+            let (Some(letter), None) = (letters.next(), letters.next()) else {
+                continue;
+            };
+            let Some(axis) = LETTERS.iter().position(|l| *l == letter) else {
+                continue;
+            };
+            axes.push(axis);
+            let unit = if self.modal.inch && axis < 3 {
+                25.4
+            } else {
+                1.0
+            };
+            let nano = (micro(number) as f64 * unit).round() as i64;
+            let incremental = dimension.unwrap_or(!self.modal.absolute);
+            target[axis] = if incremental {
+                self.at[axis] + nano
+            } else if machine {
+                nano
+            } else {
+                nano + self
+                    .modal
+                    .frame
+                    .map_or(0, |frame| self.setup.offsets[frame][axis])
+            };
+        }
+        (target, axes)
+    }
+
+    /// Centre of an arc: I J K relative to the start unless `AC`, or the radius.
+    fn centre(&self, given: &[(String, Option<bool>, f64)]) -> Result<[i64; 2], f64> {
+        if let Some((.., radius)) = given.iter().find(|(key, ..)| key == "CR") {
+            let unit = if self.modal.inch { 25.4 } else { 1.0 };
+            return Err(radius * unit);
+        }
+        let unit = if self.modal.inch { 25.4 } else { 1.0 };
+        Ok([0, 1].map(|k| {
+            let axis = self.modal.plane[k];
+            let letter = ["I", "J", "K"][axis];
+            let word = given.iter().find(|(key, ..)| key == letter);
+            let nano = word.map_or(0, |(.., v)| (micro(*v) as f64 * unit).round() as i64);
+            match word {
+                Some((_, Some(false), _)) => {
+                    nano + self
+                        .modal
+                        .frame
+                        .map_or(0, |frame| self.setup.offsets[frame][axis])
+                }
+                _ => self.at[axis] + nano,
+            }
+        }))
+    }
+
+    /// The motion of a line, if it has one; `true` if functions behind it are taken care of.
+    fn act(
+        &mut self,
+        line: u32,
+        given: &[(String, Option<bool>, f64)],
+        mut polynomials: Vec<(char, Vec<f64>)>,
+        once: bool,
+        machine: bool,
+        after: bool,
+    ) -> bool {
+        let value = |key: &str| given.iter().find(|(k, ..)| k == key).map(|(.., v)| *v);
+        if let Some(printed) = &mut self.printed {
+            let k = given.iter().filter(|(key, ..)| key == "K");
+            printed.k.extend(k.map(|(.., v)| *v));
+        }
+        let (target, axes) = self.target(given, &polynomials, machine);
+        if self.modal.mode == Mode::Nurbs {
+            let nurbs = self.nurbs.get_or_insert(Nurbs {
+                line,
+                order: 4,
+                points: Vec::new(),
+                weights: Vec::new(),
+                knots: Vec::new(),
+            });
+            nurbs.line = line;
+            nurbs.order = value("P").map_or(nurbs.order, |p| p as usize);
+            nurbs.knots.extend(value("K"));
+            if !axes.is_empty() {
+                nurbs.points.push(target);
+                nurbs.weights.push(value("R").unwrap_or(1.0));
+                self.at = target;
+            }
+            return false;
+        }
+        let mut motion = match self.modal.mode {
+            _ if axes.is_empty() => None,
+            Mode::Rapid => Some(Motion::Rapid),
+            Mode::Linear => Some(Motion::Linear),
+            Mode::Arc(clockwise) => Some(Motion::Arc {
+                plane: [self.modal.plane[0], self.modal.plane[1]],
+                clockwise,
+                centre: self.centre(given),
+                turns: value("TURN").unwrap_or(0.0) as u32,
+            }),
+            Mode::Spline(kind) => Some(Motion::Spline {
+                kind,
+                ends: self.modal.ends,
+                degree: self.modal.degree,
+                interval: value("PL").unwrap_or(1.0),
+                weight: value("PW").unwrap_or(1.0),
+                axes: self.modal.axes,
+            }),
+            Mode::Polynomial => {
+                let mut all = [[0.0; 4]; 5];
+                let mut under = [1.0, 0.0, 0.0, 0.0, 0.0];
+                for (axis, numbers) in self.prepared.drain(..) {
+                    // Preparation words of an axis lack the end point that the bracket form begins with.
+                    let skipped = if axis == ' ' { vec![] } else { vec![0.0] };
+                    polynomials.push((axis, [skipped, numbers].concat()));
+                }
+                for (axis, numbers) in &polynomials {
+                    if let Some(axis) = LETTERS.iter().position(|l| l == axis) {
+                        for (a, n) in all[axis].iter_mut().zip(&numbers[1..]) {
+                            *a = *n;
+                        }
+                    } else {
+                        for (b, n) in under.iter_mut().zip(numbers) {
+                            *b = *n;
+                        }
+                    }
+                }
+                Some(Motion::Polynomial {
+                    length: value("PL").unwrap_or(1.0),
+                    axes: all,
+                    under,
+                    origin: self
+                        .modal
+                        .frame
+                        .map_or([0; 5], |frame| self.setup.offsets[frame]),
+                })
+            }
+            Mode::Cubic => {
+                self.printed = Some(Printed {
+                    target,
+                    length: value("I").unwrap_or(0.0),
+                    axes,
+                    k: given
+                        .iter()
+                        .filter(|(key, ..)| key == "K")
+                        .map(|(.., v)| *v)
+                        .collect(),
+                    after,
+                });
+                None
+            }
+            Mode::Nurbs => None,
+        };
+        let (mut target, mut after, mut handled) = (target, after, self.printed.is_some());
+        let complete = |p: &Printed| p.k.len() == 3 * p.axes.len();
+        if self.printed.as_ref().is_some_and(complete) {
+            let printed = self.printed.take().expect("just seen");
+            motion = Some(Motion::Cubic(printed.coefficients()));
+            (target, after, handled) = (printed.target, printed.after, true);
         }
         if let Some(motion) = motion {
-            at = target;
-            out.push(Item::Block {
+            self.at = target;
+            self.out.push(Item::Block {
                 line,
                 motion,
                 target,
-                feed: modal.feed,
-                stop: once || modal.stop,
-                soft: modal.soft,
+                feed: self.modal.feed,
+                inverse: self.modal.inverse,
+                stop: once || self.modal.stop,
+                soft: self.modal.soft,
+                anew: std::mem::take(&mut self.modal.anew),
             });
+            if handled && after {
+                self.out.push(Item::Standstill);
+            }
         }
-        if after {
-            out.push(Item::Standstill);
-        }
+        handled
     }
-    out
+
+    /// Hands out a complete `G06.2` curve.
+    fn end_nurbs(&mut self) {
+        let Some(nurbs) = self.nurbs.take() else {
+            return;
+        };
+        self.out.push(Item::Block {
+            line: nurbs.line,
+            target: *nurbs.points.last().expect("points"),
+            motion: Motion::Nurbs {
+                order: nurbs.order,
+                points: nurbs.points,
+                weights: nurbs.weights,
+                knots: nurbs.knots,
+            },
+            feed: self.modal.feed,
+            inverse: self.modal.inverse,
+            stop: self.modal.stop,
+            soft: self.modal.soft,
+            anew: true,
+        });
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn ends(items: &[Item]) -> Vec<Target> {
+        let target = |item: &Item| match item {
+            Item::Block { target, .. } => Some(*target),
+            Item::Standstill => None,
+        };
+        items.iter().filter_map(target).collect()
+    }
 
     #[test]
     fn glued_and_spaced_spellings_read_alike() {
@@ -323,18 +635,36 @@ mod tests {
     #[test]
     fn inch_and_incremental_add_up() {
         let items = blocks("G1 X1 F60\nG91 X0.5\nG70 X1 A1\nM5");
-        let ends: Vec<_> = items
-            .iter()
-            .filter_map(|item| match item {
-                Item::Block { target, .. } => Some(*target),
-                Item::Standstill => None,
-            })
-            .collect();
         let x = |x: i64, a: i64| [x, 0, 0, a, 0];
         assert_eq!(
-            ends,
+            ends(&items),
             [x(1_000_000, 0), x(1_500_000, 0), x(26_900_000, 1_000_000)]
         );
         assert_eq!(items.last(), Some(&Item::Standstill));
+    }
+
+    #[test]
+    fn frames_shift_absolute_coordinates_only() {
+        let setup = Setup {
+            offsets: [[1_000_000, 0, 0, 0, 0], [2_000_000; 5], [0; 5], [0; 5]],
+            ..Setup::default()
+        };
+        let text = "G1 F1 X1\nG55 X1\nG91 X1\nG90 X=IC(1)\nX=AC(1)\nG53 X1\nX1\nG500 X1";
+        let x: Vec<i64> = ends(&blocks_on(&setup, text))
+            .iter()
+            .map(|t| t[0] / 1_000_000)
+            .collect();
+        assert_eq!(x, [2, 3, 4, 5, 3, 1, 3, 1]);
+    }
+
+    #[test]
+    fn both_spellings_of_a_polynomial_read_alike() {
+        let brackets = blocks("G1 F1 X0\nPOLY PO[X]=(10,2,-1) PO[Y]=(5,0.5) PO[]=(2,1) Z1 PL=4");
+        let wire = blocks("G1 F1 X0\nPOLY\nPOX Q2 Q-1 POY Q0.5\nPOD Q2 Q1\nX10 Y5 Z1 PL4");
+        let motion = |items: &[Item]| match &items[1] {
+            Item::Block { motion, target, .. } => (motion.clone(), *target),
+            Item::Standstill => panic!("a block"),
+        };
+        assert_eq!(motion(&brackets), motion(&wire));
     }
 }

@@ -2,6 +2,8 @@
 //!
 //! In: knots (or control points), one row of five axes each. Out: one [`Cubic`] per interval, parameter u in [0, 1].
 
+use super::shape::{Rational, Shape};
+
 /// A point or vector, mm and degrees.
 pub type Point = [f64; 5];
 
@@ -271,6 +273,55 @@ pub fn b_spline(degree: usize, points: &[Point], spans: &[f64]) -> Vec<Cubic> {
                 each(|i| 8.0 * d2[i] - 8.0 * d3[i]),
                 each(|i| 32.0 / 3.0 * d3[i]),
             ])
+        })
+        .collect()
+}
+
+/// Rational B-spline on any knot vector (`points + degree + 1` knots, de Boor, "A Practical Guide to Splines", with one
+/// more coordinate for the weight). Per interval between `knots[degree]` and `knots[points]` the curve, or `None` where
+/// the interval is empty. Numerators and denominator are cubics, found from four values each.
+#[must_use]
+pub fn rational(
+    degree: usize,
+    points: &[Point],
+    weights: &[f64],
+    knots: &[f64],
+) -> Vec<Option<Shape>> {
+    assert_eq!(knots.len(), points.len() + degree + 1);
+    (degree..points.len())
+        .map(|k| {
+            let span = knots[k + 1] - knots[k];
+            (span > 0.0).then(|| {
+                let value = |u: f64| -> [f64; 6] {
+                    let t = knots[k] + u * span;
+                    let mut sum = [0.0; 6];
+                    for index in k - degree..=k {
+                        let weight = weights[index] * basis(degree, knots, index, t);
+                        for (sum, x) in sum.iter_mut().zip(points[index].iter().chain([&1.0])) {
+                            *sum += weight * x;
+                        }
+                    }
+                    sum
+                };
+                let [p, q, r, s] = [0.0, 0.25, 0.5, 0.75].map(value);
+                let all: [[f64; 6]; 6] = core::array::from_fn(|i| {
+                    let d1 = q[i] - p[i];
+                    let d2 = r[i] - 2.0 * q[i] + p[i];
+                    let d3 = s[i] - 3.0 * r[i] + 3.0 * q[i] - p[i];
+                    [
+                        p[i],
+                        4.0 * d1 - 2.0 * d2 + 4.0 / 3.0 * d3,
+                        8.0 * d2 - 8.0 * d3,
+                        32.0 / 3.0 * d3,
+                        0.0,
+                        0.0,
+                    ]
+                });
+                Shape::Rational(Rational {
+                    over: [all[0], all[1], all[2], all[3], all[4]],
+                    under: all[5],
+                })
+            })
         })
         .collect()
 }

@@ -19,6 +19,8 @@ fn conditions() -> impl Strategy<Value = (BoundaryCondition, End)> {
 proptest! {
     #[test]
     fn a_spline_is_akimas(points in points(1..40), begin in conditions(), end in conditions()) {
+        let auto = BoundaryCondition::NotAKnot;
+        prop_assume!(points.len() > 2 || (begin.0 != auto && end.0 != auto));
         let segments = spline(&points, spec(SplineKind::Akima, begin.0, end.0));
         joins_exactly(&steps(&config(), &points[0]), &segments);
         let ends: Vec<_> = segments

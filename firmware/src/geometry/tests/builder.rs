@@ -2,7 +2,10 @@
 
 use super::support::*;
 use crate::geometry::{GeometryErrorKind, SegmentBuilder};
-use crate::nc::command::{BoundaryCondition, CubicBlock, Motion, Move, SplineKind, SplineSpec};
+use crate::nc::command::{
+    Arc, BoundaryCondition, Centre, CubicBlock, FeedType, Motion, Move, Plane, Polynomial,
+    SplineKind, SplineSpec,
+};
 use crate::units::{Steps, AXES};
 use proptest::prelude::*;
 
@@ -31,8 +34,8 @@ fn a_line_is_its_chord_and_rapid_has_no_feed() {
 }
 
 #[test]
-fn one_spline_point_is_a_line() {
-    for kind in [SplineKind::Akima, SplineKind::BSpline, SplineKind::Cubic] {
+fn one_chord_without_a_condition_that_needs_more_is_a_line() {
+    for kind in [SplineKind::Akima, SplineKind::Cubic] {
         let path = run(
             &[0.0; AXES],
             &[
@@ -49,6 +52,165 @@ fn one_spline_point_is_a_line() {
         assert_eq!(path[1].segment.slope_start, [3.0, 4.0, 0.0, 0.0, 0.0]);
         assert_eq!(path[1].segment.slope_end, [3.0, 4.0, 0.0, 0.0, 0.0]);
     }
+}
+
+#[test]
+fn a_spline_needs_its_points_when_it_ends_and_not_before() {
+    let natural = BoundaryCondition::Natural;
+    let of_degree = |degree| SplineSpec {
+        degree,
+        ..spec(SplineKind::BSpline, AUTO, AUTO)
+    };
+    let cases = [
+        (spec(SplineKind::Akima, AUTO, natural), 3),
+        (spec(SplineKind::Akima, natural, AUTO), 3),
+        (spec(SplineKind::Akima, natural, TANGENT), 2),
+        (spec(SplineKind::Cubic, AUTO, natural), 3),
+        (spec(SplineKind::Cubic, natural, AUTO), 3),
+        (spec(SplineKind::Cubic, TANGENT, natural), 2),
+        (of_degree(2), 3),
+        (of_degree(3), 4),
+    ];
+    for (spec, least) in cases {
+        for ended_by_block in [true, false] {
+            let config = config();
+            let mut builder = SegmentBuilder::new(&config, [Steps::ZERO; AXES]);
+            assert!(builder.can_finish());
+            // The start is one point.
+            for got in 2..=least + 1 {
+                let at = xy(f64::from(got), f64::from(got % 3));
+                builder
+                    .push(&config, &block(got.into(), Motion::Spline(spec), &at))
+                    .unwrap();
+                while builder.next(&config).is_some() {}
+                assert_eq!(builder.can_finish(), got >= least, "{spec:?}");
+            }
+            let short = least - 1;
+            builder.reset([Steps::ZERO; AXES]);
+            for got in 2..=short {
+                let at = xy(f64::from(got), f64::from(got % 3));
+                builder
+                    .push(&config, &block(got.into(), Motion::Spline(spec), &at))
+                    .unwrap();
+            }
+            if short < 2 {
+                continue;
+            }
+            let error = if ended_by_block {
+                builder.push(&config, &block(99, Motion::Linear, &xy(90.0, 0.0)))
+            } else {
+                builder.finish(&config)
+            }
+            .unwrap_err();
+            assert_eq!(
+                error.kind,
+                GeometryErrorKind::TooFewPoints { least, got: short }
+            );
+            assert_eq!(error.block, u32::from(short));
+        }
+    }
+}
+
+#[test]
+fn selecting_a_spline_again_begins_another_one() {
+    for kind in [SplineKind::Akima, SplineKind::Cubic] {
+        let natural = BoundaryCondition::Natural;
+        let blocks = |again: u32| -> Vec<Move> {
+            (1..9)
+                .map(|k| {
+                    let spec = SplineSpec {
+                        first: k == 1 || k == again,
+                        ..spec(kind, natural, natural)
+                    };
+                    block(k, Motion::Spline(spec), &xy(f64::from(k), f64::from(k % 3)))
+                })
+                .collect()
+        };
+        let whole = run(&[0.0; AXES], &blocks(5)).unwrap();
+        let first = run(&[0.0; AXES], &blocks(5)[..4]).unwrap();
+        let second = run(&xy(4.0, 1.0), &blocks(5)[4..]).unwrap();
+        let apart: Vec<_> = first.into_iter().chain(second).collect();
+        assert_eq!(whole, apart);
+        assert_ne!(whole, run(&[0.0; AXES], &blocks(1)).unwrap());
+    }
+}
+
+#[test]
+fn axes_outside_the_spline_path_go_linearly_between_points() {
+    for kind in [SplineKind::Akima, SplineKind::Cubic] {
+        let points: Vec<Point> = (0..40)
+            .map(|k| {
+                let x = f64::from(k);
+                [x, (x * 0.9).sin(), (x * 1.3).cos(), x * x / 100.0, -x]
+            })
+            .collect();
+        let all = spline(&points, spec(kind, AUTO, AUTO));
+        let some = spline(
+            &points,
+            SplineSpec {
+                axes: 0b01011,
+                ..spec(kind, AUTO, AUTO)
+            },
+        );
+        hits_knots(&points, &some);
+        for (k, (with, without)) in some.iter().zip(&all).enumerate() {
+            for u in [0.2, 0.5, 0.9] {
+                let [at, ..] = evaluate(&with.segment, u);
+                let [whole, ..] = evaluate(&without.segment, u);
+                for axis in 0..AXES {
+                    let want = if [2, 4].contains(&axis) {
+                        points[k][axis] + u * (points[k + 1][axis] - points[k][axis])
+                    } else {
+                        whole[axis]
+                    };
+                    assert!((at[axis] - want).abs() < 1e-6, "axis {axis} of {k}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn splines_and_arcs_meet_in_one_tangent() {
+    // Half a circle about (5, 0) with splines before and behind it.
+    let arc = Motion::Arc(Arc {
+        plane: Plane::Xy,
+        clockwise: true,
+        centre: Centre::Point([5_000_000, 0]),
+        turns: 0,
+    });
+    for kind in [SplineKind::Akima, SplineKind::Cubic] {
+        let motion = Motion::Spline(spec(kind, TANGENT, TANGENT));
+        let blocks = [
+            block(1, motion, &xy(-3.0, -5.0)),
+            block(2, motion, &xy(0.0, 0.0)),
+            block(3, arc, &xy(10.0, 0.0)),
+            block(4, motion, &xy(13.0, -5.0)),
+            block(5, motion, &xy(20.0, -4.0)),
+        ];
+        let path = run(&xy(-7.0, -5.0), &blocks).unwrap();
+        assert!(path.len() > 6);
+        is_tangent_continuous(&path, 1e-6);
+    }
+}
+
+#[test]
+fn a_stop_without_motion_is_told_to_whoever_has_the_segment() {
+    let config = config();
+    let mut builder = SegmentBuilder::new(&config, [Steps::ZERO; AXES]);
+    let mut push = |builder: &mut SegmentBuilder, exact_stop, at| {
+        let mut block = block(1, Motion::Linear, &at);
+        block.exact_stop = exact_stop;
+        builder.push(&config, &block).unwrap();
+        core::iter::from_fn(|| builder.next(&config)).count()
+    };
+    assert_eq!(push(&mut builder, true, xy(1.0, 0.0)), 1);
+    assert!(!builder.take_stop());
+    assert_eq!(push(&mut builder, false, xy(1.0, 0.0)), 0);
+    assert!(!builder.take_stop());
+    assert_eq!(push(&mut builder, true, xy(1.0, 0.0)), 0);
+    assert!(builder.take_stop());
+    assert!(!builder.take_stop());
 }
 
 #[test]
@@ -194,6 +356,15 @@ fn error_numbers_are_distinct() {
         K::Weight,
         K::KnotInterval,
         K::NotDrained,
+        K::ArcRadii { start: 0, end: 0 },
+        K::ArcReach { radius: 0, half: 0 },
+        K::ArcNoRadius,
+        K::ArcNoChord,
+        K::ArcPlane { letter: b'Y' },
+        K::Denominator,
+        K::Steep,
+        K::TooFewPoints { least: 0, got: 0 },
+        K::ToolVector,
     ];
     for (index, kind) in kinds.into_iter().enumerate() {
         assert_eq!(
@@ -201,6 +372,69 @@ fn error_numbers_are_distinct() {
             150 + index
         );
     }
+}
+
+#[test]
+fn messages_name_their_numbers_and_the_letters_of_axes() {
+    use GeometryErrorKind as K;
+    let radii = K::ArcRadii {
+        start: 10_000_000,
+        end: 10_012_360,
+    };
+    assert_eq!(
+        radii.to_string(),
+        "radius is 10.0000 mm at the start of the arc and 10.0124 mm at its end"
+    );
+    let gap = K::G6Gap { axis: 4, gap: 2345 };
+    assert!(gap.to_string().contains("2345 nm"));
+    assert!(gap.to_string().contains("axis 5"));
+    assert!(gap.with_letters(&config()).to_string().contains("axis C"));
+    let points = K::TooFewPoints { least: 4, got: 2 };
+    assert_eq!(
+        points.to_string(),
+        "the spline needs 4 points, its start among them, and has 2"
+    );
+}
+
+fn any_arc() -> impl Strategy<Value = Motion> {
+    let near = -100_000_000_i64..100_000_000;
+    let number = prop_oneof![4 => near, 1 => -3_i64..4, 1 => any::<i64>()];
+    let centre = prop_oneof![
+        [number.clone(), number.clone()].prop_map(Centre::Point),
+        number.prop_map(Centre::Radius),
+    ];
+    let plane = prop_oneof![Just(Plane::Xy), Just(Plane::Zx), Just(Plane::Yz)];
+    (
+        plane,
+        any::<bool>(),
+        centre,
+        prop_oneof![3 => Just(0_u16), 1 => 0_u16..4],
+    )
+        .prop_map(|(plane, clockwise, centre, turns)| {
+            Motion::Arc(Arc {
+                plane,
+                clockwise,
+                centre,
+                turns,
+            })
+        })
+}
+
+fn any_polynomial() -> impl Strategy<Value = Motion> {
+    let number = prop_oneof![4 => -30.0..30.0, 2 => Just(0.0), 1 => any::<f64>()];
+    let four = prop::array::uniform4(number.clone());
+    (
+        prop_oneof![3 => 0.1..10.0, 1 => any::<f64>()],
+        prop::array::uniform5(four.clone()),
+        prop_oneof![2 => Just([1.0, 0.0, 0.0, 0.0, 0.0]), 1 => prop::array::uniform5(number)],
+    )
+        .prop_map(|(length, coefficients, denominator)| {
+            Motion::Polynomial(Polynomial {
+                length,
+                coefficients,
+                denominator,
+            })
+        })
 }
 
 fn any_motion() -> impl Strategy<Value = Motion> {
@@ -217,6 +451,8 @@ fn any_motion() -> impl Strategy<Value = Motion> {
         8 => (kind, condition.clone(), condition, 2_u8..=3, interval).prop_map(|(kind, begin, end, degree, interval)| {
             Motion::Spline(SplineSpec { degree, interval, ..spec(kind, begin, end) })
         }),
+        2 => any_arc(),
+        1 => any_polynomial(),
         1 => (any::<i64>(), any::<[i64; 3]>()).prop_map(|(length, k)| Motion::Cubic(CubicBlock { length, k: [k; AXES] })),
     ]
 }
@@ -234,14 +470,14 @@ proptest! {
     /// Whatever is sent: no panic, no undefined number, no gap; a refused block moves nothing.
     #[test]
     fn any_program_gives_sound_segments_or_typed_errors(
-        program in prop::collection::vec((any_motion(), any_target(), any::<bool>()), 1..120),
+        program in prop::collection::vec((any_motion(), any_target(), any::<bool>(), any::<bool>()), 1..120),
     ) {
         let config = config();
         let mut at = [Steps::ZERO; AXES];
         let mut builder = SegmentBuilder::new(&config, at);
-        for (number, (motion, target, exact_stop)) in program.into_iter().enumerate() {
+        for (number, (motion, target, exact_stop, inverse)) in program.into_iter().enumerate() {
             let before = builder.position();
-            let block = Move { block: number as u32 + 1, motion, target, feed: 1.0, feed_type: Default::default(), exact_stop, soft: false, cutter: Default::default() };
+            let block = Move { block: number as u32 + 1, motion, target, feed: 1.0, feed_type: if inverse { FeedType::Inverse } else { FeedType::PerTime }, exact_stop, soft: false, cutter: Default::default() };
             let result = builder.push(&config, &block);
             if result.is_err() {
                 prop_assert_eq!(builder.position(), before);
@@ -251,18 +487,21 @@ proptest! {
                 at = path.segment.end;
                 let slopes = path.segment.slope_start.iter().chain(&path.segment.slope_end);
                 prop_assert!(slopes.copied().all(f32::is_finite));
-                prop_assert!(path.block > 0);
+                prop_assert!(path.block > 0 && path.feed > 0.0);
             }
             if result.is_err() {
                 builder.reset(at);
             }
         }
-        if builder.finish(&config).is_ok() {
+        while builder.is_open() {
+            if builder.finish(&config).is_err() {
+                return Ok(());
+            }
             while let Some(path) = builder.next(&config) {
                 prop_assert_eq!(path.segment.start, at);
                 at = path.segment.end;
             }
-            prop_assert_eq!(at, builder.position());
         }
+        prop_assert_eq!(at, builder.position());
     }
 }

@@ -3,8 +3,14 @@
 mod akima;
 mod bspline;
 mod builder;
+mod circle;
 mod cubic;
+mod feed;
+mod fit;
 mod g6;
 mod oracle;
+mod polynomial;
+mod rational;
 mod support;
 mod thesis;
+mod tool_vector;

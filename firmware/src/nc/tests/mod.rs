@@ -1,6 +1,10 @@
 //! Programs in, commands and errors out; oracles are written out by hand or computed another way.
 
 mod errors;
+mod expression;
+mod fanuc;
+mod functions;
+mod heidenhain;
 mod language;
 mod numbers;
 mod programs;

@@ -3,7 +3,7 @@
 use super::{commands, is_spline, micro, moves, xyzac, xyzbc};
 use crate::nc::{Auxiliary, BoundaryCondition, Command, Motion, SplineKind, SplineSpec};
 
-/// Thesis, table 2.3.3.3, main program for the C-spline, without its `G42` line and with the first
+/// Thesis, table 2.3.3.3, main program for the C-spline, with the first
 /// lines of its sub-program in place of the call.
 const THESIS_C_SPLINE: &str = r#"N10 G54
 N20 T="FR_4"
@@ -14,6 +14,7 @@ N60 M3 S17000 M8
 N70 G1 Z10 F1530
 N80 M0
 N90 G4 F2
+N100 G42
 N110 G1 X40
 N115 G1 X37
 N120 BTAN ETAN
@@ -64,14 +65,14 @@ fn the_thesis_c_spline_program_becomes_its_moves() {
         ends,
         [
             (7, micro([0, 0, 10_000, 0, 0])),
-            (10, micro([40_000, 0, 10_000, 0, 0])),
-            (11, micro([37_000, 0, 10_000, 0, 0])),
-            (14, micro([13_856, -8_000, 500, 0, 0])),
-            (15, micro([22_000, 0, -6_000, 0, 0])),
-            (16, micro([21_330, 1_866, -6_000, 0, 0])),
-            (19, micro([30_000, 30_000, -6_000, 0, 0])),
-            (20, micro([30_000, 30_000, 10_000, 0, 0])),
-            (21, micro([30_000, 100_000, 10_000, 0, 0])),
+            (11, micro([40_000, 0, 10_000, 0, 0])),
+            (12, micro([37_000, 0, 10_000, 0, 0])),
+            (15, micro([13_856, -8_000, 500, 0, 0])),
+            (16, micro([22_000, 0, -6_000, 0, 0])),
+            (17, micro([21_330, 1_866, -6_000, 0, 0])),
+            (20, micro([30_000, 30_000, -6_000, 0, 0])),
+            (21, micro([30_000, 30_000, 10_000, 0, 0])),
+            (22, micro([30_000, 100_000, 10_000, 0, 0])),
         ]
     );
     let spec = SplineSpec {
@@ -85,12 +86,16 @@ fn the_thesis_c_spline_program_becomes_its_moves() {
         axes: u8::MAX,
         tool_point: None,
     };
-    for motion in &path[3..6] {
-        assert_eq!(motion.motion, Motion::Spline(spec));
+    for (index, motion) in path[3..6].iter().enumerate() {
+        let first = index == 0;
+        assert_eq!(motion.motion, Motion::Spline(SplineSpec { first, ..spec }));
         assert_eq!(motion.feed, 25.5);
         assert!(motion.soft && !motion.exact_stop);
     }
     assert_eq!(path.iter().filter(|motion| is_spline(motion)).count(), 3);
+    let sides: Vec<_> = path.iter().map(|motion| motion.cutter.side).collect();
+    use crate::nc::command::Side::{On, Right};
+    assert_eq!(sides, [On, Right, Right, Right, Right, Right, On, On, On]);
 }
 
 #[test]

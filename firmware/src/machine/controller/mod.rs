@@ -1,8 +1,11 @@
 //! The background half: text in, segments and answers out.
 //!
-//! [`Controller::poll`] works from the downstream end: plan, then split curves, then geometry, then commands, then
-//! text. A line is answered when everything it stands for has been handed to the planner, so back-pressure reaches the
+//! [`Controller::poll`] works from the downstream end: plan, split curves, stand still where a command asks for it,
+//! compensation, geometry, commands, text. A line is answered when everything it stands for has been handed to the planner, so back-pressure reaches the
 //! sender by itself and an error is answered on the line that caused it.
+
+mod dollar;
+mod refuse;
 
 use core::fmt::Write;
 use core::sync::atomic::Ordering::{Acquire, Relaxed, Release};
@@ -12,33 +15,21 @@ use micromath::F32;
 
 use super::shared::Shared;
 use super::{Event, State};
+use crate::catalogue::machine as message;
+use crate::compensation::{Compensator, Output};
 use crate::config::Config;
 use crate::geometry::arc::ArcSplitter;
-use crate::geometry::travel::outside_travel;
-use crate::geometry::SegmentBuilder;
+use crate::geometry::travel::TravelBounds;
+use crate::geometry::{GeometryErrorKind, SegmentBuilder};
 use crate::nc::{Auxiliary, Command, Interpreter};
-use crate::planner::{nodes::NODES, Planner, SegmentOrder};
-use crate::protocol::{classify, report, Incoming, Wire, RECEIVE_SIZE};
+use crate::planner::{Planner, SegmentOrder};
+use crate::protocol::{classify, report, Incoming, Wire};
 use crate::units::{Nano, Position, Steps, Tick, AXES, NANO_PER_UNIT};
 
 /// Commands one line can give.
 const COMMANDS: usize = 8;
 
-/// Codes of errors that arise behind the interpreter and the builder.
-mod code {
-    /// A line while an error is latched.
-    pub const LOCKED: u16 = 9;
-    /// `$` command not known.
-    pub const DOLLAR: u16 = 3;
-    /// A curve leaves the travel of an axis.
-    pub const TRAVEL: u16 = 201;
-    /// A curve has a cusp or leaves the number range.
-    pub const CURVE: u16 = 202;
-    /// A line gives more commands than fit.
-    pub const COMMANDS: u16 = 203;
-}
-
-/// What the next command waits for.
+/// What a command at standstill waits for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Wait {
     /// The machine to stand still with everything before done.
@@ -66,10 +57,13 @@ pub struct Controller<'a> {
     order: SegmentOrder,
     /// Text line of the curve in the splitter.
     splitting: u32,
+    travel: TravelBounds,
+    compensator: Compensator,
     builder: SegmentBuilder,
     interpreter: Interpreter,
     commands: Deque<Command, COMMANDS>,
-    wait: Option<Wait>,
+    /// A command that acts where the path now ends, and what it waits for.
+    standstill: Option<(Command, Wait)>,
     /// A line has been taken and not yet answered.
     answer_due: bool,
     wire: Wire,
@@ -100,10 +94,12 @@ impl<'a> Controller<'a> {
                 soft: true,
             },
             splitting: 0,
+            travel: TravelBounds::new(config),
+            compensator: Compensator::new(),
             builder: SegmentBuilder::new(config, origin),
             interpreter: Interpreter::new(config),
             commands: Deque::new(),
-            wait: None,
+            standstill: None,
             answer_due: false,
             wire: Wire::new(),
             status_due: false,
@@ -158,9 +154,8 @@ impl<'a> Controller<'a> {
                 self.alarm = false;
                 if self.planner.is_holding() {
                     self.planner.resume();
-                } else if self.wait == Some(Wait::Resume) {
-                    self.wait = None;
-                    self.commands.pop_front();
+                } else if self.waits_for_start() {
+                    self.standstill = None;
                 }
             }
             Event::Reset => {
@@ -170,7 +165,7 @@ impl<'a> Controller<'a> {
                 }
                 self.wire.clear();
                 self.commands.clear();
-                self.wait = None;
+                self.standstill = None;
                 self.answer_due = false;
             }
             Event::Fault => {
@@ -179,7 +174,7 @@ impl<'a> Controller<'a> {
                 self.fault = true;
                 self.wire.clear();
                 self.commands.clear();
-                self.wait = None;
+                self.standstill = None;
                 self.answer_due = false;
             }
         }
@@ -190,7 +185,7 @@ impl<'a> Controller<'a> {
     pub fn state(&self) -> State {
         if self.alarm {
             State::Alarm
-        } else if self.planner.is_holding() || self.wait == Some(Wait::Resume) {
+        } else if self.planner.is_holding() || self.waits_for_start() {
             State::Hold
         } else if self.is_idle() {
             State::Idle
@@ -208,8 +203,9 @@ impl<'a> Controller<'a> {
         still
             && self.reset == Reset::No
             && self.commands.is_empty()
-            && self.wait.is_none()
+            && self.standstill.is_none()
             && self.splitter.is_empty()
+            && !self.compensator.has_pending()
             && !self.builder.is_open()
             && !self.answer_due
             && !self.wire.has_line()
@@ -242,11 +238,29 @@ impl<'a> Controller<'a> {
         if !self.splitter.is_empty() {
             return self.split();
         }
-        if let Some(next) = self.builder.next(self.config) {
-            return self.accept_segment(&next);
+        if let Some((command, wait)) = self.standstill {
+            return self.stand_still(&command, wait, now);
         }
-        if !self.commands.is_empty() {
-            return self.command(now);
+        match self.compensator.next(self.config) {
+            Ok(None) => {}
+            Ok(Some(Output::Segment(next))) => return self.accept_segment(&next),
+            Ok(Some(Output::Command(command))) => {
+                self.standstill = Some((command, Wait::Standstill));
+                return true;
+            }
+            Err(error) => return self.refuse_compensation(&error),
+        }
+        if let Some(next) = self.builder.next(self.config) {
+            if let Err(error) = self.compensator.push_segment(self.config, &next) {
+                self.refuse_compensation(&error);
+            }
+            return true;
+        }
+        if let Some(error) = self.builder.take_failure() {
+            return self.refuse_geometry(&error);
+        }
+        if let Some(command) = self.commands.front().copied() {
+            return self.command(&command);
         }
         if self.answer_due {
             if !self.wire.can_answer() {
@@ -278,12 +292,22 @@ impl<'a> Controller<'a> {
             }
             return false;
         }
-        if self.builder.is_open() && self.planner.is_idle() {
-            // At rest, and the sender is done: an open spline ends where it is.
+        if !self.planner.is_idle() {
+            return false;
+        }
+        // At rest, and the sender is done: what waits for a continuation ends where it is. A spline that has too few
+        // points yet goes on waiting.
+        self.last_text = now;
+        if self.builder.can_finish() {
             if let Err(error) = self.builder.finish(self.config) {
-                self.refuse(error.block, 1, error.code(), format_args!("{}", error.kind));
+                self.refuse_geometry(&error);
             }
-            self.last_text = now;
+            return true;
+        }
+        if self.compensator.has_pending() && !self.builder.is_open() {
+            if let Err(error) = self.compensator.finish(self.config) {
+                self.refuse_compensation(&error);
+            }
             return true;
         }
         false
@@ -300,22 +324,15 @@ impl<'a> Controller<'a> {
                 self.planner.push(self.config, segment, &shape, order);
             }
             Ok(None) => {}
-            Err(error) => {
-                self.refuse(self.splitting, 1, code::CURVE, format_args!("{error}"));
-            }
+            Err(error) => self.refuse_curve(self.splitting, error),
         }
         true
     }
 
     fn accept_segment(&mut self, next: &crate::geometry::PathSegment) -> bool {
-        if let Some(axis) = outside_travel(self.config, &next.segment) {
+        if let Some(axis) = self.travel.outside(self.config, &next.segment) {
             let letter = char::from(self.config.axes[axis].letter);
-            self.refuse(
-                next.block,
-                1,
-                code::TRAVEL,
-                format_args!("axis {letter} leaves its travel on the way to this point"),
-            );
+            self.refuse(next.block, message::TRAVEL, &[&letter]);
             return true;
         }
         self.order = SegmentOrder {
@@ -326,39 +343,61 @@ impl<'a> Controller<'a> {
         self.splitting = next.block;
         match self.splitter.push(self.config, &next.segment, next.block) {
             Ok(()) => self.path_end = next.segment.end,
-            Err(error) => self.refuse(next.block, 1, code::CURVE, format_args!("{error}")),
+            Err(error) => self.refuse_curve(next.block, error),
         }
         true
     }
 
     /// Works on the command in front.
-    fn command(&mut self, now: Tick) -> bool {
-        let Some(command) = self.commands.front().copied() else {
-            return false;
-        };
-        if let Command::Message(text) = &command {
-            self.commands.pop_front();
-            self.say(format_args!("[MSG:{text}]\r\n"));
-            return true;
-        }
-        if let Command::Move(block) = &command {
-            self.commands.pop_front();
-            if let Err(error) = self.builder.push(self.config, block) {
-                self.refuse(error.block, 1, error.code(), format_args!("{}", error.kind));
-            }
-            return true;
-        }
-        match self.wait {
-            None => {
-                // Everything else happens at standstill.
-                if let Err(error) = self.builder.finish(self.config) {
-                    self.refuse(error.block, 1, error.code(), format_args!("{}", error.kind));
+    fn command(&mut self, command: &Command) -> bool {
+        match command {
+            Command::Message(text) => self.say(format_args!("[MSG:{text}]\r\n")),
+            Command::Move(block) => match self.builder.push(self.config, block) {
+                Ok(()) => {
+                    if self.builder.take_stop() {
+                        self.stop_at_end();
+                    }
+                }
+                // The end of a spline before this block has to be drained first.
+                Err(error) if error.kind == GeometryErrorKind::NotDrained => return true,
+                Err(error) => return self.refuse_geometry(&error),
+            },
+            // Everything else acts at standstill, where the path ends that was programmed before it.
+            _ => {
+                if self.builder.is_open() {
+                    if let Err(error) = self.builder.finish(self.config) {
+                        self.refuse_geometry(&error);
+                    }
                     return true;
                 }
-                self.wait = Some(Wait::Standstill);
-                true
+                let mut passed = Ok(());
+                if *command == Command::ProgramEnd {
+                    passed = self.compensator.finish(self.config);
+                }
+                let passed =
+                    passed.and_then(|()| self.compensator.push_command(self.config, *command));
+                if let Err(error) = passed {
+                    return self.refuse_compensation(&error);
+                }
             }
-            Some(Wait::Standstill) => {
+        }
+        self.commands.pop_front();
+        true
+    }
+
+    /// Makes the path rest where it now ends.
+    fn stop_at_end(&mut self) {
+        if !self.splitter.is_empty() {
+            self.order.exact_stop = true;
+        } else if !self.compensator.has_pending() {
+            self.planner.flush(self.config);
+        }
+    }
+
+    /// Works on the command that acts where the path now ends.
+    fn stand_still(&mut self, command: &Command, wait: Wait, now: Tick) -> bool {
+        match wait {
+            Wait::Standstill => {
                 if self.planner.has_pending() {
                     self.planner.flush(self.config);
                     return true;
@@ -366,41 +405,37 @@ impl<'a> Controller<'a> {
                 if !self.planner.is_idle() || self.planner.is_holding() {
                     return false;
                 }
-                self.at_standstill(&command, now);
+                self.at_standstill(command, now);
                 true
             }
-            Some(Wait::Until(tick)) => {
-                if now < tick {
-                    return false;
-                }
-                self.done();
+            Wait::Until(tick) if now < tick => false,
+            Wait::Until(_) => {
+                self.standstill = None;
                 true
             }
-            Some(Wait::Resume) => false,
+            Wait::Resume => false,
         }
     }
 
     fn at_standstill(&mut self, command: &Command, now: Tick) {
+        self.standstill = None;
         match command {
             Command::Dwell { milliseconds } => {
                 let ticks = Tick::from(*milliseconds) * Tick::from(self.config.servo_hz) / 1000;
-                self.wait = Some(Wait::Until(now.saturating_add(ticks)));
+                self.standstill = Some((*command, Wait::Until(now.saturating_add(ticks))));
             }
             Command::Auxiliary(Auxiliary::Stop | Auxiliary::OptionalStop) if self.stops => {
-                self.wait = Some(Wait::Resume);
+                self.standstill = Some((*command, Wait::Resume));
                 self.say(format_args!("[MSG:program stop, ~ goes on]\r\n"));
             }
-            Command::ProgramEnd => {
-                self.say(format_args!("[MSG:Pgm End]\r\n"));
-                self.done();
-            }
-            _ => self.done(),
+            Command::ProgramEnd => self.say(format_args!("[MSG:Pgm End]\r\n")),
+            _ => {}
         }
     }
 
-    fn done(&mut self) {
-        self.wait = None;
-        self.commands.pop_front();
+    /// True while an `M0` or `M1` waits for cycle start.
+    fn waits_for_start(&self) -> bool {
+        matches!(self.standstill, Some((_, Wait::Resume)))
     }
 
     fn line(&mut self, line: &[u8]) {
@@ -409,7 +444,7 @@ impl<'a> Controller<'a> {
             return;
         }
         if self.alarm {
-            self.say(format_args!("error:{}\r\n", code::LOCKED));
+            self.say(format_args!("error:{}\r\n", message::LOCKED.code));
             return;
         }
         let mut overflow = false;
@@ -419,65 +454,27 @@ impl<'a> Controller<'a> {
         });
         match result {
             Err(error) => {
-                self.refuse(
+                self.say(format_args!(
+                    "[MSG:error line {} column {}: {}]\r\nerror:{}\r\n",
                     error.line,
                     error.column,
-                    error.kind.code(),
-                    format_args!("{}", error.kind),
-                );
+                    error.kind,
+                    error.kind.code()
+                ));
+                self.latch();
             }
             Ok(()) if overflow => {
-                let number = self.interpreter.line_number();
-                self.refuse(
-                    number,
-                    1,
-                    code::COMMANDS,
-                    format_args!("too many functions in one line"),
-                );
+                self.refuse(self.interpreter.line_number(), message::COMMANDS, &[]);
             }
             Ok(()) => self.answer_due = true,
         }
-    }
-
-    fn dollar(&mut self, line: &[u8]) {
-        match line {
-            b"$I" | b"$i" => {
-                let config = self.config;
-                // The answer fits: `can_answer` was checked before the line was taken.
-                let _ = report::identity(&mut self.wire, config, NODES - 1, RECEIVE_SIZE - 1);
-                self.say(format_args!("ok\r\n"));
-            }
-            b"$X" | b"$x" => {
-                if !self.fault {
-                    self.alarm = false;
-                }
-                self.say(format_args!("ok\r\n"));
-            }
-            b"$" => self.say(format_args!("[HLP:$I $X ~ ! ? ctrl-x]\r\nok\r\n")),
-            _ => self.say(format_args!("error:{}\r\n", code::DOLLAR)),
-        }
-    }
-
-    /// Refuses the line that led here. Segments already finished run to their end; the window of an open spline, whose
-    /// course the bad line leaves unknown, is dropped. Nothing after the line moves until `~` or a reset.
-    fn refuse(&mut self, line: u32, column: u16, code: u16, text: core::fmt::Arguments<'_>) {
-        self.say(format_args!(
-            "[MSG:error line {line} column {column}: {text}]\r\nerror:{code}\r\n"
-        ));
-        self.alarm = true;
-        self.answer_due = false;
-        self.commands.clear();
-        self.wait = None;
-        self.splitter.clear();
-        self.planner.flush(self.config);
-        self.path_end = self.planner.end_position().unwrap_or(self.path_end);
-        self.take_position(self.path_end);
     }
 
     /// Lets text continue from `position`.
     fn take_position(&mut self, position: Position) {
         self.path_end = position;
         self.builder.reset(position);
+        self.compensator.reset(position);
         let nano: [Nano; AXES] = core::array::from_fn(|a| {
             let unit = i128::from(self.config.axes[a].steps_per_unit.to_bits()).max(1);
             let scaled = i128::from(position[a].to_bits()) * i128::from(NANO_PER_UNIT);

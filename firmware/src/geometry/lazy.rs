@@ -1,0 +1,102 @@
+//! Blocks that make many segments: cut one at a time, as the planner asks for them.
+//!
+//! In: a circle, a rational curve or a span of a rational B-spline, where it starts and the knot it ends on. Out: its segments, through the queue, in path
+//! order. Holds where it is and nothing else, so the number of segments does not matter.
+
+use super::circle::Circle;
+use super::error::GeometryError;
+use super::fit::{place, FitError, Fitter, Piece};
+use super::polynomial::Fraction;
+use super::queue::{Knot, SegmentQueue};
+use super::rational::RationalSpan;
+use super::singular;
+use crate::config::Config;
+use crate::units::Position;
+
+/// What is being cut.
+enum Shape {
+    Circle(Circle),
+    Fraction(Fraction, Fitter),
+    Span(RationalSpan, Fitter),
+}
+
+/// A block under way.
+pub(super) struct Lazy {
+    origin: Position,
+    end: Knot,
+    shape: Shape,
+}
+
+impl Lazy {
+    /// A circle from `origin` to `end`, whose feed is per time.
+    pub fn circle(origin: Position, end: Knot, circle: Circle) -> Self {
+        Self {
+            origin,
+            end,
+            shape: Shape::Circle(circle),
+        }
+    }
+
+    /// A rational curve from `origin` to `end`, whose feed is per time.
+    pub fn fraction(origin: Position, end: Knot, fraction: Fraction) -> Self {
+        Self {
+            origin,
+            end,
+            shape: Shape::Fraction(fraction, Fitter::new()),
+        }
+    }
+
+    /// A span of a B-spline from `origin` to `end`, whose feed is per time.
+    pub fn span(origin: Position, end: Knot, span: RationalSpan) -> Self {
+        Self {
+            origin,
+            end,
+            shape: Shape::Span(span, Fitter::new()),
+        }
+    }
+
+    /// Emits the next piece; `false` once the last one is out.
+    ///
+    /// # Errors
+    /// `OutOfRange`, `NotFinite`, `Steep`: the block ends before its end point.
+    pub fn advance(
+        &mut self,
+        config: &Config,
+        queue: &mut SegmentQueue,
+    ) -> Result<bool, GeometryError> {
+        let end = self.end;
+        let fail = |kind| end.error(kind);
+        let piece = self.piece(config).map_err(|error| fail(error.into()))?;
+        let Some(piece) = piece else {
+            return Ok(false);
+        };
+        let start = place(config, &self.origin, &piece.start).map_err(fail)?;
+        let knot = if piece.is_last {
+            end
+        } else {
+            Knot {
+                at: place(config, &self.origin, &piece.end).map_err(fail)?,
+                exact_stop: false,
+                ..end
+            }
+        };
+        singular::emit(
+            config,
+            queue,
+            &start,
+            &knot,
+            piece.slope_start,
+            piece.slope_end,
+        )?;
+        Ok(!piece.is_last)
+    }
+
+    fn piece(&mut self, config: &Config) -> Result<Option<Piece>, FitError> {
+        let tolerance = f64::from(config.curve_tolerance);
+        match &mut self.shape {
+            Shape::Circle(circle) => Ok(circle.next()),
+            Shape::Fraction(fraction, fitter) => fitter.next(fraction, tolerance),
+            Shape::Span(span, fitter) => fitter.next(span, tolerance),
+        }
+    }
+}

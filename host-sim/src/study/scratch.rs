@@ -1,0 +1,54 @@
+//! A folder of its own for the programs of one run; gone when the run is.
+
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use super::programs::Job;
+use crate::diagnostics::Failure;
+use crate::program::Program;
+
+/// A temporary folder.
+pub(super) struct Scratch {
+    folder: PathBuf,
+    next: AtomicUsize,
+}
+
+impl Scratch {
+    /// Makes the folder.
+    ///
+    /// # Errors
+    /// Exit code 5.
+    pub(super) fn new() -> Result<Self, Failure> {
+        static COUNT: AtomicUsize = AtomicUsize::new(0);
+        let (process, count) = (std::process::id(), COUNT.fetch_add(1, Ordering::Relaxed));
+        let folder = std::env::temp_dir().join(format!("pentaspline-study-{process}-{count}"));
+        std::fs::create_dir_all(&folder).map_err(|e| Failure::io("make", &folder, &e))?;
+        Ok(Self {
+            folder,
+            next: AtomicUsize::new(0),
+        })
+    }
+
+    /// Writes `job` and reads it as any program is read, sub-programs inlined.
+    ///
+    /// # Errors
+    /// Exit code 5, or that of [`Program::load`].
+    pub(super) fn load(&self, job: &Job) -> Result<Program, Failure> {
+        // Each job has a folder of its own: threads share names, A- and C-splines sub-programs.
+        let number = self.next.fetch_add(1, Ordering::Relaxed);
+        let folder = self.folder.join(number.to_string());
+        std::fs::create_dir_all(&folder).map_err(|e| Failure::io("make", &folder, &e))?;
+        for file in job.subs.iter().chain([&job.main]) {
+            let path = folder.join(&file.name);
+            std::fs::write(&path, &file.text).map_err(|e| Failure::io("write", &path, &e))?;
+        }
+        Program::load(&folder.join(&job.main.name))
+    }
+}
+
+impl Drop for Scratch {
+    fn drop(&mut self) {
+        // What cannot be removed is left to the system's own clean-up.
+        let _ = std::fs::remove_dir_all(&self.folder);
+    }
+}

@@ -1,0 +1,17 @@
+; B-spline: the points are control points. PW=3 on every point changes nothing (equal
+; weights cancel).
+N10 G54 G64 G90 SOFT
+N20 G1 X20 Y0 F3000
+N30 BSPLINE
+N40 X25 Y10 PW=3
+N50 X15 Y22 PW=3
+N60 X0 Y18 PW=3
+N70 X-14 Y24 PW=3
+N80 X-26 Y12 PW=3
+N90 X-18 Y-2 PW=3
+N100 X-24 Y-16 PW=3
+N110 X-6 Y-22 PW=3
+N120 X12 Y-16 Z-2 PW=3
+N130 X20 Y0 Z-4 PW=3
+N140 G1 X40 F2000
+N150 M30

@@ -1,0 +1,13 @@
+; Rotary axes alone: F is degrees per minute, the path length is degrees.
+N10 G54 G90 G64 SOFT
+N20 G0 A1.5
+N30 G0 A0.5 C-1
+N40 G1 A2 F30
+N50 G1 A1 C0.5 F45
+N60 BAUTO EAUTO
+N70 CSPLINE A1.4 C1 F40
+N80 A1.2 C1.6
+N90 A0.6 C1.8
+N100 A0.2 C1.2
+N110 G1 A0 C0 F50
+N120 M30

@@ -1,0 +1,3 @@
+G1 X5 F3000
+X9 (and then
+X400

@@ -1,0 +1,1 @@
+SPLINEPATH(1,X,B)

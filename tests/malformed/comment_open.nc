@@ -1,0 +1,2 @@
+F600
+X1 (left open

@@ -1,0 +1,1 @@
+BAUTO BNAT

@@ -1,0 +1,1 @@
+EAUTO ETAN

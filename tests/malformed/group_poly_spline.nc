@@ -1,0 +1,1 @@
+POLY CSPLINE

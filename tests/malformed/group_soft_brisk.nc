@@ -1,0 +1,1 @@
+SOFT BRISK

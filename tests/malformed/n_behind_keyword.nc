@@ -1,0 +1,1 @@
+ASPLINE N5 X1

@@ -1,0 +1,1 @@
+ASPLINE X1

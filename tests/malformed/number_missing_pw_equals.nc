@@ -1,0 +1,2 @@
+F600 BSPLINE
+X1 PW=

@@ -1,0 +1,3 @@
+F600 POLY
+POX Q1
+M30

@@ -1,0 +1,2 @@
+F600 POLY
+POB Q1

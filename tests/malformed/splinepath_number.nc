@@ -1,0 +1,1 @@
+SPLINEPATH(7,X)

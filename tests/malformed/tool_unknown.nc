@@ -1,0 +1,1 @@
+T="NOT_THERE" M6

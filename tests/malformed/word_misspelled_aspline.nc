@@ -1,0 +1,1 @@
+ASPLIN X1

@@ -1,0 +1,1 @@
+BSPLNE X1

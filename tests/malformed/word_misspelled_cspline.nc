@@ -1,0 +1,1 @@
+CSLPINE
