@@ -62,10 +62,7 @@ fn measure(
         curve.shape.dense(1e-5, &mut dense);
         dense.push(curve.shape.at(1.0));
     }
-    let contour = Contour::new(
-        dense.iter().map(|p| [p[0], p[1]]).collect(),
-        3.0 * radius + 1.0,
-    );
+    let contour = Contour::new(dense.iter().map(|p| [p[0], p[1]]), 3.0 * radius + 1.0);
     let centres = run
         .ticks
         .iter()

@@ -96,8 +96,8 @@ messages! {
         "A function needs its arguments in parentheses, ATAN2 two of them with a comma, and what is opened must be closed.",
         "Add the missing character at the place shown.";
     PARAMETER = 341, "'{}' is not one of R0 to R99",
-        "There are one hundred R parameters.",
-        "Use an index from 0 to 99.";
+        "There are one hundred R parameters, and the index in R[..] has to be whole.",
+        "Use a whole index from 0 to 99.";
     DIVISION_BY_ZERO = 342, "division by zero",
         "The divisor, or the cosine in TAN, is zero.",
         "Check the R parameters that go into it.";

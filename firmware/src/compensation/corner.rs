@@ -23,8 +23,8 @@ pub(super) enum Joint {
     Tangent,
     /// The tool goes round the corner; the tangent turns by this angle, radian.
     Outer(f64),
-    /// The offsets cross.
-    Inner,
+    /// The offsets cross; the tangent turns by this angle, radian, without sign.
+    Inner(f64),
 }
 
 /// Turn from unit tangent `before` to `after`, radian, left positive. A reversal turns around the contour, away from the
@@ -47,7 +47,7 @@ pub(super) fn classify(before: Point, after: Point, d: f64) -> Joint {
     } else if angle * d < 0.0 {
         Joint::Outer(angle)
     } else {
-        Joint::Inner
+        Joint::Inner(angle.abs())
     }
 }
 

@@ -151,6 +151,11 @@ impl Compensator {
         if cutter.side == Side::On {
             let axes = self.window.axes;
             if continues {
+                if self.window.open {
+                    let by = difference(config, &segment.segment.start, &segment.segment.end);
+                    // If not, `end` says why.
+                    self.window.leave(config, axes.map(|axis| by[axis]));
+                }
                 self.end(config)?;
                 self.mode = Mode::Leaving;
                 self.window.tail = None;
@@ -313,6 +318,9 @@ impl Compensator {
 
     /// The window has no room for the next piece: its front is final, or the contour cannot be followed.
     fn make_room(&mut self, config: &Config) -> Result<(), CompensationError> {
+        if self.window.open && self.window.enter(config)? {
+            return Ok(());
+        }
         let last = self.window.last_live();
         match self.window.items.first() {
             Some(Item::Approach(_, None)) => {
@@ -343,7 +351,7 @@ impl Compensator {
             self.window.resolve_alone(config, &self.at);
             self.mode = Mode::On;
         }
-        if self.window.open {
+        if self.window.open && !(self.window.enter(config)? && !self.window.open) {
             return Err(self.window.blocked(config));
         }
         self.sealed = self.window.items.len();

@@ -50,6 +50,10 @@ pub(super) struct Piece {
     pub bounds: [f32; 4],
     /// Come to rest at its end.
     pub stop: bool,
+    /// It begins at an inner joint.
+    pub inner: bool,
+    /// ... that is a corner, and no part of a polygon along a curve.
+    pub corner: bool,
 }
 
 impl Piece {
@@ -70,6 +74,8 @@ impl Piece {
             cut: part.map(f64::from),
             bounds: [0.0; 4],
             stop: source.exact_stop && part[1] == 1.0,
+            inner: false,
+            corner: false,
         };
         piece.bounds = piece.shape(config, axes).bounds(piece.whole());
         piece

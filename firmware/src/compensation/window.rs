@@ -17,7 +17,7 @@ use heapless::Vec;
 use super::corner::{bridge, classify, Joint};
 use super::error::{CompensationError, CompensationErrorKind, Place};
 use super::intersect::{intersect, Crossing, Part};
-use super::offset::{add, dot, left, norm, sub, Point};
+use super::offset::{add, cross, dot, left, norm, sub, unit, Point};
 use super::piece::{mm, signed_radius, steps, Kind, Piece, State};
 use crate::config::Config;
 use crate::geometry::PathSegment;
@@ -26,7 +26,7 @@ use crate::nc::Excerpt;
 use crate::units::Position;
 
 /// Items of the look-ahead.
-pub(super) const WINDOW: usize = 16;
+pub(super) const WINDOW: usize = 24;
 /// Slots that are free when a new piece arrives: a bridge of two, the piece itself, and a block pushed meanwhile.
 pub(super) const RESERVE: usize = 4;
 /// The tool may come this much closer to the contour than its radius, mm.
@@ -35,6 +35,18 @@ const GOUGE: f64 = 5.0e-4;
 const TOUCH: f64 = 2.0e-4;
 /// Least sine at which two pieces that are no neighbours are held to cross: coincident turns of a helix do not.
 const CROSSING: f64 = 0.02;
+/// A spline that bends tighter than this share of the tool's radius has rounded an inner corner of its points.
+const ROUNDED: f64 = 0.5;
+/// An inner joint that turns by more than this, radian, is a corner and no part of a polygon along a curve.
+const CORNER_TURN: f64 = 0.35;
+/// Largest sine between the end of a contour and a retract it turns into.
+const ALONG: f64 = 1.0e-3;
+/// Most contour that is left at a bend into the way out or from the way in, in radii of the tool.
+const LEAD: f64 = 4.0;
+/// Samples of a piece where its length is measured and where a clear place is looked for.
+const SAMPLES: u32 = 16;
+/// Halvings of such a sixteenth: to a millionth of it.
+const HALVINGS: u32 = 20;
 /// Least sine of a cut.
 const CUT: f64 = 1.0e-6;
 
@@ -163,7 +175,7 @@ impl Window {
             Some(tail) => classify(tail.tangent, start.tangent, d),
         };
         match (joint, self.tail) {
-            (Joint::Inner, Some(Tail { ended: true, .. })) => {
+            (Joint::Inner(_), Some(Tail { ended: true, .. })) => {
                 let kind = CompensationErrorKind::Interrupted {
                     place: place(&piece, start.contour),
                 };
@@ -179,6 +191,10 @@ impl Window {
                     self.join(config, part, true)?;
                 }
             }
+            (Joint::Inner(angle), Some(_)) => {
+                piece.inner = true;
+                piece.corner = angle > CORNER_TURN;
+            }
             (_, None) => self.resolve(start.centre),
             _ => {}
         }
@@ -187,7 +203,7 @@ impl Window {
             ended: false,
         });
         if regular {
-            self.join(config, piece, joint != Joint::Inner)
+            self.join(config, piece, !matches!(joint, Joint::Inner(_)))
         } else {
             piece.state = State::Dropped;
             self.open = true;
@@ -218,7 +234,7 @@ impl Window {
                 } else {
                     sub(end, point(at))
                 };
-                let tangent = super::offset::unit(by);
+                let tangent = unit(by);
                 *to = Some(add(end, left(tangent), signed_radius(path)));
                 self.tail = Some(Tail {
                     tangent,
@@ -383,7 +399,9 @@ impl Window {
                 return Ok(false);
             }
             let excess = ring.most - radius;
-            if !neighbours && excess > f64::from(config.contour_tolerance) {
+            if !(neighbours || self.has_corner(config, index, piece))
+                && excess > f64::from(config.contour_tolerance)
+            {
                 let left = Place {
                     plane: piece.source.cutter.plane,
                     at: ring.place.map(|v| v as f32),
@@ -428,6 +446,194 @@ impl Window {
         Ok(true)
     }
 
+    /// The contour ends along `direction`, into its retract, and its end bends tighter than the tool: ends the path where
+    /// the tool last is clear of that bend. `false`, and nothing done, if the contour does not end that way, or what is left
+    /// of it is longer than [`LEAD`] times the tool's radius.
+    ///
+    /// A spline with `ETAN` turns into the way home within its last points; the tool leaves the contour there.
+    pub fn leave(&mut self, config: &Config, direction: Point) -> bool {
+        let Some(tail) = self.tail else {
+            return false;
+        };
+        if !is_along(tail.tangent, direction) {
+            return false;
+        }
+        let mut length = 0.0;
+        for index in (0..self.items.len()).rev() {
+            let Some(Item::Piece(piece)) = self.items.get(index) else {
+                continue;
+            };
+            let radius = signed_radius(&piece.source).abs();
+            if piece.state != State::Live {
+                length += self.contour(config, piece, piece.whole());
+            } else if length > LEAD * radius {
+                return false;
+            } else if let Some(u) = self.last_clear(config, index, radius) {
+                let rest = [u, f64::from(piece.part[1])];
+                if length + self.contour(config, piece, rest) > LEAD * radius {
+                    return false;
+                }
+                let mut stop = false;
+                while self.items.len() > index + 1 {
+                    if let Some(Item::Piece(between)) = self.items.pop() {
+                        stop |= between.stop;
+                    }
+                }
+                if let Some(Item::Piece(piece)) = self.items.get_mut(index) {
+                    piece.cut[1] = u;
+                    piece.stop |= stop;
+                }
+                self.open = false;
+                return true;
+            } else {
+                length += self.contour(config, piece, piece.whole());
+            }
+        }
+        false
+    }
+
+    /// The contour goes on along its approach and then bends tighter than the tool: begins the path where the tool is clear
+    /// of that bend for the first time. `false`, and nothing done, if it does not begin that way, or what is left of it is longer
+    /// than [`LEAD`] times the tool's radius.
+    ///
+    /// A spline with `BTAN` goes on along the approach, wherever its points lie; the counterpart of [`Window::leave`].
+    ///
+    /// # Errors
+    /// What is behind that place cannot be followed.
+    pub fn enter(&mut self, config: &Config) -> Result<bool, CompensationError> {
+        let Some(Item::Approach(path, Some(_))) = self.items.first() else {
+            return Ok(false);
+        };
+        let by = self.axes.map(|axis| {
+            mm(config, axis, path.segment.end[axis]) - mm(config, axis, path.segment.start[axis])
+        });
+        let first = self.items.iter().find_map(|item| match item {
+            Item::Piece(piece) => Some(
+                piece
+                    .shape(config, self.axes)
+                    .at(piece.whole()[0], piece.whole()),
+            ),
+            _ => None,
+        });
+        if !first.is_some_and(|first| is_along(first.tangent, by)) {
+            return Ok(false);
+        }
+        let mut length = 0.0;
+        for index in 1..self.items.len() {
+            let Some(Item::Piece(piece)) = self.items.get(index) else {
+                return Ok(false);
+            };
+            let radius = signed_radius(&piece.source).abs();
+            let whole = piece.whole();
+            if length > LEAD * radius {
+                return Ok(false);
+            }
+            let found = match piece.state {
+                State::Swallowed => self.first_clear(config, index, radius),
+                _ => None,
+            };
+            let Some(u) = found else {
+                length += self.contour(config, piece, whole);
+                continue;
+            };
+            if length + self.contour(config, piece, [whole[0], u]) > LEAD * radius {
+                return Ok(false);
+            }
+            let centre = piece.shape(config, self.axes).at(u, whole).centre;
+            let mut behind = core::mem::take(&mut self.items);
+            for (k, item) in behind.iter_mut().enumerate() {
+                match item {
+                    Item::Approach(_, to) => *to = Some(centre),
+                    Item::Piece(_) if k < index => continue,
+                    Item::Piece(piece) if k == index => {
+                        piece.state = State::Live;
+                        piece.cut[0] = u;
+                        self.open = false;
+                    }
+                    // Again, now that something before them will be run.
+                    Item::Piece(piece) if piece.state == State::Swallowed => {
+                        piece.state = State::Live;
+                        let continues = !piece.inner;
+                        self.join(config, *piece, continues)?;
+                        continue;
+                    }
+                    Item::Piece(_) => self.open = true,
+                    _ => {}
+                }
+                self.push(path_block(item), *item)?;
+            }
+            return Ok(true);
+        }
+        Ok(false)
+    }
+
+    /// The first place on the piece at `index` from which the tool is clear of all contour before it.
+    fn first_clear(&self, config: &Config, index: usize, radius: f64) -> Option<f64> {
+        let Some(Item::Piece(piece)) = self.items.get(index) else {
+            return None;
+        };
+        let (shape, whole) = (piece.shape(config, self.axes), piece.whole());
+        let is_clear = |u: f64| {
+            let mut ring = Ring::new(shape.at(u, whole).centre);
+            for item in self.items.iter().take(index) {
+                if let Item::Piece(before) = item {
+                    ring.cover(config, self.axes, before, before.whole());
+                }
+            }
+            ring.cover(config, self.axes, piece, [whole[0], u]);
+            ring.least >= radius - GOUGE
+        };
+        first_that(is_clear, whole[0], whole[1])
+    }
+
+    /// Length of contour in `range`, by chords.
+    fn contour(&self, config: &Config, piece: &Piece, range: [f64; 2]) -> f64 {
+        if piece.kind != Kind::Contour {
+            return 0.0;
+        }
+        let (shape, whole) = (piece.shape(config, self.axes), piece.whole());
+        let point = |k: u32| {
+            let share = f64::from(k) / f64::from(SAMPLES);
+            shape
+                .at(range[0] + (range[1] - range[0]) * share, whole)
+                .contour
+        };
+        (0..SAMPLES)
+            .map(|k| norm(sub(point(k + 1), point(k))))
+            .sum()
+    }
+
+    /// The last place on the live piece at `index` from which the tool is clear of all contour behind it.
+    fn last_clear(&self, config: &Config, index: usize, radius: f64) -> Option<f64> {
+        let piece = self.live(index)?;
+        let shape = piece.shape(config, self.axes);
+        let is_clear = |u: f64| {
+            let mut ring = Ring::new(shape.at(u, piece.whole()).centre);
+            ring.cover(config, self.axes, piece, [u, f64::from(piece.part[1])]);
+            for item in self.items.iter().skip(index + 1) {
+                if let Item::Piece(behind) = item {
+                    ring.cover(config, self.axes, behind, behind.whole());
+                }
+            }
+            ring.least >= radius - GOUGE
+        };
+        first_that(is_clear, piece.cut[1], piece.cut[0])
+    }
+
+    /// Between the piece at `index` and `next` lies an inner corner: programmed, or between points that a spline rounds.
+    /// What a tool leaves there is the programmer's, as at any inner corner.
+    fn has_corner(&self, config: &Config, index: usize, next: &Piece) -> bool {
+        let rounded = self.tightest(config, index).is_some_and(|(least, piece)| {
+            piece.source.spline && f64::from(least) < ROUNDED * signed_radius(&piece.source).abs()
+        });
+        let between = self.items.iter().skip(index + 1);
+        rounded
+            || next.corner
+            || between
+                .into_iter()
+                .any(|item| matches!(item, Item::Piece(piece) if piece.corner))
+    }
+
     /// Smallest radius of curvature among the dropped pieces behind `index`, and where.
     fn tightest(&self, config: &Config, index: usize) -> Option<(f32, &Piece)> {
         let mut out: Option<(f32, &Piece)> = None;
@@ -468,6 +674,40 @@ impl Window {
             block: 0,
             kind: CompensationErrorKind::LookAhead,
         }
+    }
+}
+
+/// The first of [`SAMPLES`] places on the way from `from` to `to` at which `holds`, moved back towards the place before
+/// it as far as it still does.
+fn first_that(holds: impl Fn(f64) -> bool, from: f64, to: f64) -> Option<f64> {
+    let at = |k: u32| from + (to - from) * f64::from(k) / f64::from(SAMPLES);
+    let k = (0..=SAMPLES).find(|&k| holds(at(k)))?;
+    let (mut good, mut bad) = (at(k), at(k.saturating_sub(1)));
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (good + bad);
+        if holds(middle) {
+            good = middle;
+        } else {
+            bad = middle;
+        }
+    }
+    Some(good)
+}
+
+/// Unit tangent `tangent` points along `by`.
+fn is_along(tangent: Point, by: Point) -> bool {
+    let by = unit(by);
+    dot(tangent, by) > 0.0 && cross(tangent, by).abs() < ALONG
+}
+
+/// Text line of an item.
+fn path_block(item: &Item) -> u32 {
+    match item {
+        Item::Piece(piece) => piece.source.block,
+        Item::Still(path) | Item::Approach(path, _) | Item::Retract(path) | Item::Pass(path) => {
+            path.block
+        }
+        Item::Command(_) => 0,
     }
 }
 

@@ -28,6 +28,8 @@ pub(super) struct Knot {
     pub exact_stop: bool,
     /// Jerk-limited on the way there.
     pub soft: bool,
+    /// A point of a spline.
+    pub spline: bool,
     /// Cutter compensation on the way there.
     pub cutter: Cutter,
 }
@@ -46,6 +48,7 @@ impl Knot {
             inverse: block.feed_type == FeedType::Inverse && block.motion != Motion::Rapid,
             exact_stop: block.exact_stop,
             soft: block.soft,
+            spline: matches!(block.motion, Motion::Spline(_)),
             cutter: block.cutter,
         }
     }
@@ -59,6 +62,7 @@ impl Knot {
             inverse: false,
             exact_stop: false,
             soft: false,
+            spline: false,
             cutter: Cutter::OFF,
         }
     }
@@ -203,6 +207,7 @@ impl SegmentQueue {
                 feed: end.feed,
                 exact_stop: end.exact_stop,
                 soft: end.soft,
+                spline: end.spline,
                 cutter: end.cutter,
             })
             .map_err(|_| end.error(GeometryErrorKind::NotDrained))?;

@@ -33,6 +33,8 @@ pub struct PathSegment {
     pub exact_stop: bool,
     /// Jerk-limited (`SOFT`) rather than acceleration-limited (`BRISK`).
     pub soft: bool,
+    /// Part of a spline: its points are programmed, the curve between them is the control's.
+    pub spline: bool,
     /// Cutter compensation in force; done by the compensation stage.
     pub cutter: Cutter,
 }

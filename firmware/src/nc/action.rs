@@ -195,9 +195,10 @@ impl Block {
             }
             WordKind::SplinePath => {
                 let mut path = 0;
+                let list = lexer.path_list()?;
                 loop {
                     let at = lexer.at;
-                    let Some(letter) = lexer.path_axis()? else {
+                    let Some(letter) = lexer.path_axis(list)? else {
                         break;
                     };
                     match before.axis(letter) {

@@ -8,7 +8,7 @@
 //! | words | meaning |
 //! |---|---|
 //! | `2`, `-.5`, `1.5EX-3`, `1.5E-3` | numbers, exponent with `EX` or `E` |
-//! | `R7`, `R[R1+1]` | parameters; a computed index is rounded |
+//! | `R7`, `R[R1+1]` | parameters; a computed index must be whole |
 //! | `+ -`, then `* / DIV MOD`, then signs | from loose to tight, left to right; `DIV` is the whole part of the quotient, `a MOD b` is `a - b * (a DIV b)` |
 //! | `SIN COS TAN` | of degrees |
 //! | `ASIN ACOS ATAN`, `ATAN2(y,x)` | degrees: -90 to 90, 0 to 180, -90 to 90, -180 to 180 |
@@ -44,7 +44,7 @@ pub enum ExpressionError {
     SystemVariable,
     /// `(`, `,`, `)` or `]` missing here.
     Punctuation,
-    /// A parameter beyond `R99` or below `R0`.
+    /// A parameter beyond `R99` or below `R0`, or an index that is not whole.
     Parameter,
     /// Division by zero (`/`, `DIV`, `MOD`, `TAN` at 90 degrees).
     DivisionByZero,
@@ -346,12 +346,14 @@ impl<'a> Reader<'a> {
             return Err(Self::fault(begin, 0, ExpressionError::ValueExpected));
         }
         let index = if self.take(b"[") {
-            let value = libm::round(self.sum()?);
+            let value = self.sum()?;
             self.expect(b"]")?;
-            if !(0.0..1.0e6).contains(&value) {
+            let index = libm::round(value);
+            // whole but for the rounding of what it was computed from
+            if !(0.0..1.0e6).contains(&index) || libm::fabs(value - index) > 1.0e-9 {
                 return Err(refuse(self.at));
             }
-            value as usize
+            index as usize
         } else {
             let digits = run(self.text, self.at, |byte| byte.is_ascii_digit());
             if digits == 0 {

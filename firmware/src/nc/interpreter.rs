@@ -428,6 +428,7 @@ impl Interpreter {
                 self.modal = Modal::power_up(config);
                 self.applied = Side::On;
                 self.nurbs.reset();
+                self.parameters = Parameters::new();
                 self.ended = true;
             }
         }

@@ -39,7 +39,7 @@
 //! | `S`, `T5`, `T="NAME"`, `D0 D1` | speed in rpm for the next `M3`/`M4`; tool for the next `M6`, which must be in the tool table unless that is empty; radius and length off, on (power-up) |
 //! | `M0 M1 M2 M3 M4 M5 M6 M7 M8 M9 M30 M41..M45` | `M6 M41..M45 M3 M4 M7 M8` act before the motion of their line, `M5 M9 M0 M1 M2 M30` behind it, in that order |
 //! | `MSG("text")`, `MSG()` | shown, cleared, before the motion |
-//! | `R1=2.5`, `X=R1*2`, .. | parameters `R0` to `R99`, set in the order of the text before the line acts; any number behind `=` may be an expression ([`expression`]) |
+//! | `R1=2.5`, `X=R1*2`, .. | parameters `R0` to `R99`, 0 at the start of a program, set in the order of the text before the line acts; any number behind `=` may be an expression ([`expression`]) |
 //! | `GOTOF NAME` | the lines up to the one that begins with `NAME:` are passed over unread |
 //! | `GOTOB IF L` | refused: the host follows them |
 //! | `G33 G331 G332 G96 G961` | refused: the angle of the spindle is not known |

@@ -3,7 +3,7 @@
 /// Arithmetic parameters: `R0` to `R99`.
 pub const PARAMETERS: usize = 100;
 
-/// `R0` to `R99`, all 0 at power-up. Not `Copy`: 800 bytes.
+/// `R0` to `R99`, all 0 at the start of a program. Not `Copy`: 800 bytes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Parameters([f64; PARAMETERS]);
 

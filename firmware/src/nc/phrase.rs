@@ -6,6 +6,7 @@ use super::expression;
 use super::lexer::{begins, letter_bit, Lexer, Measure, Word, WordKind, AXIS_LETTERS};
 use super::number::Decimal;
 use super::parameters::Parameters;
+use crate::catalogue::dialect::PUNCTUATION;
 use crate::catalogue::nc as message;
 
 /// Coefficients of one axis or denominator in one list.
@@ -280,23 +281,39 @@ impl<'a> Lexer<'a> {
         Ok((count, list))
     }
 
-    /// The next letter of `SPLINEPATH(1,X,Y)` or `SPLINEPATH XY`; `None` behind the last.
-    pub(super) fn path_axis(&mut self) -> Result<Option<u8>, Fault> {
+    /// The beginning of `SPLINEPATH(1,X,Y)`, and it is used up; false for `SPLINEPATH XY`.
+    pub(super) fn path_list(&mut self) -> Result<bool, Fault> {
         self.skip_blanks();
-        if self.peek() == Some(b'(') {
+        if self.peek() != Some(b'(') {
+            return Ok(false);
+        }
+        self.at += 1;
+        self.skip_blanks();
+        // only one path can be defined
+        self.expect(b'1')?;
+        Ok(true)
+    }
+
+    /// The next letter of `SPLINEPATH(1,X,Y)` (`list`) or `SPLINEPATH XY`; `None` behind the last.
+    ///
+    /// # Errors
+    /// A list that is not closed; bytes that are neither a letter nor the beginning of the next word.
+    pub(super) fn path_axis(&mut self, list: bool) -> Result<Option<u8>, Fault> {
+        self.skip_blanks();
+        if list {
+            if self.peek() != Some(b',') {
+                return self.expect(b')').map(|()| None);
+            }
             self.at += 1;
             self.skip_blanks();
-            // only one path can be defined
-            self.expect(b'1')?;
-        }
-        self.skip_blanks();
-        if self.peek() == Some(b')') {
-            self.at += 1;
-            return Ok(None);
-        }
-        if self.peek() == Some(b',') {
-            self.at += 1;
-            self.skip_blanks();
+            return match self.peek().map(|byte| byte.to_ascii_uppercase()) {
+                Some(letter @ b'A'..=b'Z') => {
+                    self.at += 1;
+                    Ok(Some(letter))
+                }
+                Some(_) => Err(Fault::new(self.at, 1, &message::UNEXPECTED_BYTE)),
+                None => Err(Fault::new(self.at, 0, &PUNCTUATION)),
+            };
         }
         let Some(letter) = self.peek().map(|byte| byte.to_ascii_uppercase()) else {
             return Ok(None);
@@ -363,7 +380,7 @@ impl<'a> Lexer<'a> {
                 Ok(())
             }
             Some(_) => Err(Fault::new(self.at, 1, &message::UNEXPECTED_BYTE)),
-            None => Err(Fault::new(self.at, 0, &message::UNCLOSED_COMMENT)),
+            None => Err(Fault::new(self.at, 0, &PUNCTUATION)),
         }
     }
 }

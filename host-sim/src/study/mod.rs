@@ -33,7 +33,7 @@ use scratch::Scratch;
 use thesis::{Printed, Verdict, FLOOR_MM};
 
 /// Whether the programs run with `G42`. Without it the cutter is a point that follows the contour itself.
-pub const COMPENSATION: bool = false;
+pub const COMPENSATION: bool = true;
 
 /// Material the compensation may leave where a contour is tighter than the cutter, mm: any amount.
 const LEAVE_MM: f32 = 1000.0;

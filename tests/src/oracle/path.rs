@@ -123,8 +123,11 @@ impl Open {
                     knots.push(at);
                 }
                 knots.extend(vec![at; degree]);
-                // The start of the spline is a control point like the others, of weight 1.
-                let mut weights = vec![1.0];
+                // The start of the spline is a control point, too: of the weight the blocks of the first span agree on
+                // (so that equal weights cancel), else of weight 1.
+                let first = self.points[0].weight;
+                let agree = self.points[..degree].iter().all(|p| p.weight == first);
+                let mut weights = vec![if agree { first } else { 1.0 }];
                 weights.extend(self.points.iter().map(|p| p.weight));
                 rational(degree, &all, &weights, &knots)
             }

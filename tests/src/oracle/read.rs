@@ -114,6 +114,8 @@ pub enum Motion {
 }
 
 /// One thing a program does.
+// Programs of tests are short: no box for the larger kind.
+#[allow(clippy::large_enum_variant)]
 #[derive(Clone, Debug, PartialEq)]
 pub enum Item {
     /// Motion.

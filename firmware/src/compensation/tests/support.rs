@@ -50,6 +50,7 @@ pub fn hermite(
         feed: 10.0,
         exact_stop: false,
         soft: true,
+        spline: false,
         cutter,
     }
 }

@@ -337,6 +337,17 @@ const MALFORMED: &[(&str, &str)] = &[
     ("G0 X=DC(5)", "1:4 118 word 'X=DC(5)' has no meaning here"),
     ("D2", "1:1 109 value of 'D2' is out of range"),
     ("SPLINEPATH XB", "1:13 117 axis 'B' is not configured"),
+    (
+        "SPLINEPATH(1,X,Y",
+        "1:17 340 parenthesis, bracket or comma missing",
+    ),
+    ("SPLINEPATH(1,X,", "1:16 340 parenthesis, bracket or comma missing"),
+    ("SPLINEPATH(1,X Y)", "1:16 102 unexpected character 'Y'"),
+    ("SPLINEPATH(1,X5)", "1:15 102 unexpected character '5'"),
+    ("SPLINEPATH(1,5)", "1:14 102 unexpected character '5'"),
+    ("SPLINEPATH(7,X)", "1:12 102 unexpected character '7'"),
+    ("SPLINEPATH(1,B)", "1:13 117 axis 'B' is not configured"),
+    ("X=R[1.5]", "1:3 341 'R[1.5]' is not one of R0 to R99"),
     ("MSG(\"open", "1:5 104 string is not closed"),
 ];
 

@@ -58,6 +58,7 @@ fn operators_bind_as_on_the_840d() {
         ("-(1+2)*3", -9.0),
         ("R2+3*R1", 7.0),
         ("R[R[1]]", 2.5),
+        ("R[0.1*3*10-1]", 2.5),
         ("r99", 99.5),
         (" R [ 1 + 1 ] * 2 ", 5.0),
         ("2-POT(3)-1", -8.0),
@@ -194,6 +195,8 @@ fn what_has_no_result_is_refused_by_name_and_place() {
         ("ATAN2(1)", (Punctuation, "")),
         ("R100", (Parameter, "R100")),
         ("1+R[-1]", (Parameter, "R[-1]")),
+        ("R[1.5]", (Parameter, "R[1.5]")),
+        ("R[R2/3]", (Parameter, "R[R2/3]")),
         (
             "R99999999999999999999999",
             (Parameter, "R99999999999999999999999"),

@@ -258,6 +258,16 @@ fn a_refused_line_sets_no_parameter() {
 }
 
 #[test]
+fn parameters_are_zero_at_the_start_of_every_program() {
+    for end in ["M2", "M30", "X1 M30"] {
+        let program = format!("G0 R1=5 R99=7\nX=R1\n{end}\nG0 X=R1+R99+3");
+        let ends = targets(&xyzac(), &program);
+        assert_eq!(ends.first().map(|end| end[0]), Some(5 * NANO_PER_UNIT));
+        assert_eq!(ends.last().map(|end| end[0]), Some(3 * NANO_PER_UNIT));
+    }
+}
+
+#[test]
 fn single_words_may_count_from_the_origin_or_from_the_position() {
     let config = equipped();
     let ends = |program: &str| -> Vec<_> {
