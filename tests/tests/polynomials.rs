@@ -50,7 +50,7 @@ fn both_spellings_give_the_same_steps() {
         ),
         (
             "G1 F3000 X10\nPOLY PO[X]=(0,-10) PO[Y]=(10) PO[]=(2,1)\nM30\n",
-            "G1 F3000 X10\nPOLY\nPOXQ-10\nPODQ2Q1\nX0Y10\nM30\n",
+            "G1 F3000 X10\nPOLY\nPOXQ-10POYQ0\nPODQ2Q1\nX0Y10\nM30\n",
         ),
     ] {
         assert_eq!(digest(brackets), digest(wire), "{brackets}");

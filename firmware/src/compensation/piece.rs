@@ -50,10 +50,8 @@ pub(super) struct Piece {
     pub bounds: [f32; 4],
     /// Come to rest at its end.
     pub stop: bool,
-    /// It begins at an inner joint.
-    pub inner: bool,
-    /// ... that is a corner, and no part of a polygon along a curve.
-    pub corner: bool,
+    /// Turn of the inner joint it begins at, radian; 0 at any other.
+    pub turn: f32,
 }
 
 impl Piece {
@@ -74,8 +72,7 @@ impl Piece {
             cut: part.map(f64::from),
             bounds: [0.0; 4],
             stop: source.exact_stop && part[1] == 1.0,
-            inner: false,
-            corner: false,
+            turn: 0.0,
         };
         piece.bounds = piece.shape(config, axes).bounds(piece.whole());
         piece

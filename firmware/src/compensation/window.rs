@@ -5,8 +5,8 @@
 //!
 //! A new piece that does not continue the path is tried against the live pieces from the newest back. Where it meets one in
 //! a point X, both end there and the contour between is removed: all of it must then lie outside the tool at X (no
-//! gouge), and no further from it than the contour tolerance (no material left), but for the corner itself where the two are
-//! neighbours. X is the position of the tool nearest to the removed contour: the path leaves X on either side at right
+//! gouge), and no further from it than the contour tolerance (no material left) and what a tool leaves in any inner corner
+//! of the removed contour. X is the position of the tool nearest to the removed contour: the path leaves X on either side at right
 //! angles to the radius on which it touches the contour, away from the part between. So the removed contour lies in a ring
 //! about X, and no piece whose path is more than `2 r + tolerance` away from it can ever be cut on its account.
 //! Pieces leave the window only when it has no room for the next one. What has left cannot be cut: a contour that asks
@@ -39,6 +39,8 @@ const CROSSING: f64 = 0.02;
 const ROUNDED: f64 = 0.5;
 /// An inner joint that turns by more than this, radian, is a corner and no part of a polygon along a curve.
 const CORNER_TURN: f64 = 0.35;
+/// Turn of the sharpest corner whose material is not counted, radian: 170 degrees.
+const SHARPEST: f64 = 2.967;
 /// Largest sine between the end of a contour and a retract it turns into.
 const ALONG: f64 = 1.0e-3;
 /// Most contour that is left at a bend into the way out or from the way in, in radii of the tool.
@@ -191,10 +193,7 @@ impl Window {
                     self.join(config, part, true)?;
                 }
             }
-            (Joint::Inner(angle), Some(_)) => {
-                piece.inner = true;
-                piece.corner = angle > CORNER_TURN;
-            }
+            (Joint::Inner(angle), Some(_)) => piece.turn = angle as f32,
             (_, None) => self.resolve(start.centre),
             _ => {}
         }
@@ -399,9 +398,9 @@ impl Window {
                 return Ok(false);
             }
             let excess = ring.most - radius;
-            if !(neighbours || self.has_corner(config, index, piece))
-                && excess > f64::from(config.contour_tolerance)
-            {
+            let allowed =
+                f64::from(config.contour_tolerance) + self.inherent(config, index, piece, radius);
+            if !neighbours && excess > allowed {
                 let left = Place {
                     plane: piece.source.cutter.plane,
                     at: ring.place.map(|v| v as f32),
@@ -553,7 +552,7 @@ impl Window {
                     // Again, now that something before them will be run.
                     Item::Piece(piece) if piece.state == State::Swallowed => {
                         piece.state = State::Live;
-                        let continues = !piece.inner;
+                        let continues = piece.turn == 0.0;
                         self.join(config, *piece, continues)?;
                         continue;
                     }
@@ -620,18 +619,26 @@ impl Window {
         first_that(is_clear, piece.cut[1], piece.cut[0])
     }
 
-    /// Between the piece at `index` and `next` lies an inner corner: programmed, or between points that a spline rounds.
-    /// What a tool leaves there is the programmer's, as at any inner corner.
-    fn has_corner(&self, config: &Config, index: usize, next: &Piece) -> bool {
+    /// Material that a tool of `radius` leaves in any case between the piece at `index` and `next`: that of the sharpest inner corner among them, programmed, or between points that a spline rounds.
+    fn inherent(&self, config: &Config, index: usize, next: &Piece, radius: f64) -> f64 {
+        let mut turn = f64::from(next.turn);
+        for item in self.items.iter().skip(index + 1) {
+            if let Item::Piece(piece) = item {
+                turn = turn.max(f64::from(piece.turn));
+            }
+        }
         let rounded = self.tightest(config, index).is_some_and(|(least, piece)| {
-            piece.source.spline && f64::from(least) < ROUNDED * signed_radius(&piece.source).abs()
+            piece.source.spline && f64::from(least) < ROUNDED * radius
         });
-        let between = self.items.iter().skip(index + 1);
-        rounded
-            || next.corner
-            || between
-                .into_iter()
-                .any(|item| matches!(item, Item::Piece(piece) if piece.corner))
+        if rounded {
+            // A spline swings past its corner on both sides: how sharp the corner of the points is cannot be told.
+            turn = SHARPEST;
+        }
+        if turn < CORNER_TURN {
+            return 0.0;
+        }
+        // From the corner to the tool that touches both its sides.
+        radius * (1.0 / libm::cos(0.5 * turn.min(SHARPEST)) - 1.0)
     }
 
     /// Smallest radius of curvature among the dropped pieces behind `index`, and where.

@@ -18,6 +18,7 @@ use super::polynomial::Fraction;
 use super::queue::{Knot, SegmentQueue};
 use super::segment::PathSegment;
 use super::singular;
+use super::travel::TravelBounds;
 use crate::config::Config;
 use crate::nc::command::{BoundaryCondition, Motion, Move, SplineKind, SplineSpec};
 use crate::units::{AxisVec, Position};
@@ -72,6 +73,8 @@ pub struct SegmentBuilder {
     bspline: BSpline,
     queue: SegmentQueue,
     lazy: Option<Lazy>,
+    /// Made when the first curve asks for it.
+    travel: Option<TravelBounds>,
     /// A curve under way has failed; reported by the next call that can.
     failed: Option<GeometryError>,
     /// An exact stop where the path stands, whose segment has left.
@@ -90,6 +93,7 @@ impl SegmentBuilder {
             bspline: BSpline::new(),
             queue: SegmentQueue::new(),
             lazy: None,
+            travel: None,
             failed: None,
             stop: false,
         }
@@ -222,8 +226,10 @@ impl SegmentBuilder {
             Motion::Arc(arc) => {
                 let circle = Circle::new(config, &self.position, &knot.at, &arc).map_err(fail)?;
                 let timed = knot.timed(|| Some(circle.length(config)))?;
+                let lazy = Lazy::circle(self.position, timed, circle);
+                lazy.check(config, self.travel(config))?;
                 self.complete_before(config, Some(circle.direction()), &knot)?;
-                self.lazy = Some(Lazy::circle(self.position, timed, circle));
+                self.lazy = Some(lazy);
             }
             Motion::Polynomial(polynomial) => {
                 let curve =
@@ -233,8 +239,16 @@ impl SegmentBuilder {
                     return Ok(());
                 };
                 let timed = knot.timed(|| curve_length(config, &curve))?;
+                let Some(slopes) = curve.cubic() else {
+                    let lazy = Lazy::fraction(self.position, timed, curve);
+                    lazy.check(config, self.travel(config))?;
+                    self.complete_before(config, Some(direction), &knot)?;
+                    self.lazy = Some(lazy);
+                    self.position = knot.at;
+                    return Ok(());
+                };
                 self.complete_before(config, Some(direction), &knot)?;
-                self.polynomial(config, curve, timed)?;
+                self.polynomial(config, slopes, timed)?;
             }
         }
         self.position = knot.at;
@@ -256,20 +270,20 @@ impl SegmentBuilder {
         self.complete(config, None)
     }
 
-    /// A curve without motion before it that is still open: one cubic where that is exact, else cut as it is asked for.
+    fn travel(&mut self, config: &Config) -> &TravelBounds {
+        self.travel.get_or_insert_with(|| TravelBounds::new(config))
+    }
+
+    /// A `POLY` block that is one cubic.
     ///
-    /// The start of a cubic turns by up to 0.1 degree into the direction of the path, as that of a `G6` block does:
-    /// printed coefficients are rounded.
+    /// Its start turns by up to 0.1 degree into the direction of the path, as that of a `G6` block does: printed
+    /// coefficients are rounded.
     fn polynomial(
         &mut self,
         config: &Config,
-        curve: Fraction,
+        (slope_start, slope_end): (AxisVec, AxisVec),
         end: Knot,
     ) -> Result<(), GeometryError> {
-        let Some((slope_start, slope_end)) = curve.cubic() else {
-            self.lazy = Some(Lazy::fraction(self.position, end, curve));
-            return Ok(());
-        };
         let slope_start = g6::smooth_start(slope_start, self.queue.tail());
         let queue = &mut self.queue;
         singular::emit(config, queue, &self.position, &end, slope_start, slope_end)
@@ -409,7 +423,9 @@ impl SegmentBuilder {
     fn span(&mut self, config: &Config, span: Option<Piece>) -> Result<(), GeometryError> {
         if let Some(span) = span {
             let end = span.end.timed(|| curve_length(config, &span.curve))?;
-            self.lazy = Some(Lazy::span(span.start, end, span.curve));
+            let lazy = Lazy::span(span.start, end, span.curve);
+            lazy.check(config, self.travel(config))?;
+            self.lazy = Some(lazy);
         }
         Ok(())
     }

@@ -177,6 +177,43 @@ impl Circle {
         joint
     }
 
+    /// First axis of the plane that goes beyond `room` (see [`super::travel::TravelBounds::room`]) between the ends.
+    ///
+    /// The extremes of an arc lie where the radius is parallel to an axis; those of a spiral, whose radius R grows by
+    /// R' per radian, a little beside, at `sqrt(R^2 + R'^2)` from the centre, and on the first or last turn.
+    pub fn outside(&self, [low, high]: &[[f64; AXES]; 2]) -> Option<usize> {
+        let radius = norm(self.radius);
+        let sweep = self.angle.abs();
+        for quarter in 0..4_u8 {
+            let index = usize::from(quarter & 1);
+            let axis = self.axes[index];
+            let is_inside = |size: f64| {
+                let reach = radius * norm([size, self.growth / sweep]) + ROUNDING;
+                if quarter < 2 {
+                    reach - self.radius[index] <= high[axis]
+                } else {
+                    -reach - self.radius[index] >= low[axis]
+                }
+            };
+            // The whole circle is, as a rule.
+            if is_inside(1.0 + self.growth.max(0.0)) {
+                continue;
+            }
+            let first = libm::atan2(self.radius[1], self.radius[0]);
+            let ahead = (f64::from(quarter) * (0.25 * TAU) - first) * 1.0_f64.copysign(self.angle);
+            let ahead = ahead - TAU * libm::floor(ahead / TAU);
+            if ahead > sweep {
+                continue;
+            }
+            let last = ahead + TAU * libm::floor((sweep - ahead) / TAU);
+            let size = |angle: f64| 1.0 + self.growth * angle / sweep;
+            if !(is_inside(size(ahead)) && is_inside(size(last))) {
+                return Some(axis);
+            }
+        }
+        None
+    }
+
     /// Direction in which the arc leaves its start.
     pub fn direction(&self) -> AxisVec {
         self.at(0.0).slope.map(|value| value as f32)

@@ -2,8 +2,7 @@
 
 use core::fmt;
 
-use crate::catalogue::geometry as text;
-use crate::catalogue::Message;
+use crate::catalogue::{geometry as text, machine, Message};
 use crate::config::Config;
 use crate::units::{Nano, NANO_PER_UNIT};
 
@@ -21,6 +20,12 @@ pub struct GeometryError {
 pub enum GeometryErrorKind {
     /// A point or the curve between two points leaves the range of positions (2^31 steps either way).
     OutOfRange {
+        /// Axis that leaves it.
+        axis: usize,
+    },
+    /// A curve of several segments leaves the travel of the machine; none of them has been handed on. (Of a block that is
+    /// one segment, the machine finds out.)
+    Travel {
         /// Axis that leaves it.
         axis: usize,
     },
@@ -94,6 +99,7 @@ impl GeometryErrorKind {
     pub const fn message(&self) -> &'static Message {
         match self {
             Self::OutOfRange { .. } => &text::OUT_OF_RANGE,
+            Self::Travel { .. } => &machine::TRAVEL,
             Self::NotFinite => &text::NOT_FINITE,
             Self::Feed => &text::FEED,
             Self::G6Gap { .. } => &text::G6_GAP,
@@ -141,7 +147,8 @@ impl GeometryErrorKind {
         config: Option<&Config>,
     ) -> fmt::Result {
         match (*self, index) {
-            (Self::OutOfRange { axis }, 1) | (Self::G6Gap { axis, .. }, 2) => {
+            (Self::OutOfRange { axis } | Self::Travel { axis }, 1)
+            | (Self::G6Gap { axis, .. }, 2) => {
                 match config.and_then(|config| config.axes.get(axis)) {
                     Some(axis) => write!(f, "{}", char::from(axis.letter)),
                     None => write!(f, "{}", axis.wrapping_add(1)),
@@ -182,7 +189,8 @@ impl fmt::Display for WithLetters<'_> {
 }
 
 impl GeometryError {
-    /// Number of this error on the wire (`error:N`); the geometry stage owns 150..=169.
+    /// Number of this error on the wire (`error:N`); the geometry stage owns 150..=169, and has 201 in
+    /// common with the machine.
     #[must_use]
     pub const fn code(&self) -> u16 {
         self.kind.message().code

@@ -12,7 +12,7 @@
 //!
 //! The numerator ends on the end point times the denominator there. a0 counts from the origin the coefficients were
 //! written for, here that of the machine: whoever moves the origin of a program by o adds `o b_k` to its `a_k`, k = 2..5.
-//! An axis that neither moves nor has coefficients stands still, whatever the denominator is.
+//! An axis without a numerator goes linearly in t (shared facts 6), whatever the denominator is.
 
 use super::error::GeometryErrorKind;
 use super::fit::{displacement, Curve, Sample};
@@ -33,6 +33,8 @@ pub(super) struct Fraction {
     over: [[f64; 5]; AXES],
     /// Denominator less one, the same way.
     under: [f64; 5],
+    /// One bit per axis that is divided by the denominator.
+    rational: u8,
 }
 
 /// `(k1 t + .. + k5 t^5, its derivative)`.
@@ -84,12 +86,14 @@ impl Fraction {
         let mut curve = Self {
             over: [[0.0; 5]; AXES],
             under,
+            rational: block.numerators,
         };
         for axis in 0..AXES {
-            let coefficients = &block.coefficients[axis];
-            if by[axis] == 0.0 && coefficients.iter().all(|k| *k == 0.0) {
+            if !curve.is_rational(axis) {
+                curve.over[axis][0] = by[axis];
                 continue;
             }
+            let coefficients = &block.coefficients[axis];
             // A_1 = end D(1) - a0 - .., hence the difference of the relative numerator is (end - a0) D(1).
             let mut over = scaled(coefficients, length, by[axis] * at_end);
             for (index, under) in under.iter().enumerate().skip(1) {
@@ -103,6 +107,31 @@ impl Fraction {
             curve.over[axis] = over;
         }
         Ok(curve)
+    }
+
+    fn is_rational(&self, axis: usize) -> bool {
+        self.rational & (1 << axis) != 0
+    }
+
+    /// True only if the whole curve stays `margin` inside `room` (see [`super::travel::TravelBounds::room`]).
+    ///
+    /// A quick bound: on [0, 1] a polynomial lies between the sums of its negative and of its positive coefficients.
+    pub fn is_within(&self, [low, high]: &[[f64; AXES]; 2], margin: f64) -> bool {
+        let sums = |k: &[f64; 5]| {
+            k.iter().fold([0.0, 0.0], |[down, up], k| {
+                [down + k.min(0.0), up + k.max(0.0)]
+            })
+        };
+        let least = 1.0 + sums(&self.under)[0];
+        (0..AXES).all(|axis| {
+            let [down, up] = sums(&self.over[axis]);
+            let divisor = if self.is_rational(axis) { least } else { 1.0 };
+            let moves = down != 0.0 || up != 0.0;
+            !moves
+                || divisor > 0.0
+                    && down >= (low[axis] + margin) * divisor
+                    && up <= (high[axis] - margin) * divisor
+        })
     }
 
     /// Slopes at the start and end, if the curve is a cubic.
@@ -135,6 +164,11 @@ impl Curve for Fraction {
         };
         for axis in 0..AXES {
             let (over, slope) = horner(&self.over[axis], t);
+            if !self.is_rational(axis) {
+                out.offset[axis] = over;
+                out.slope[axis] = slope;
+                continue;
+            }
             let offset = over * scale;
             out.offset[axis] = offset;
             out.slope[axis] = (slope - offset * under_slope) * scale;

@@ -146,6 +146,32 @@ impl RationalSpan {
     }
 }
 
+impl RationalSpan {
+    /// True only if the whole curve stays `margin` inside `room` (see [`super::travel::TravelBounds::room`]): it lies in
+    /// the hull of its Bezier points. Nothing is known so quickly of angles, nor of weights that differ by much.
+    pub fn is_within(&self, [low, high]: &[[f64; AXES]; 2], margin: f64) -> bool {
+        let least = self.weights.iter().copied().fold(f64::INFINITY, f64::min);
+        if self.tool.is_some() || !self.weights.iter().all(|weight| *weight < 1e4 * least) {
+            return false;
+        }
+        let [_, wb, wc, wd] = self.weights;
+        let [b, c, d] = &self.points;
+        (0..AXES).all(|axis| {
+            let (low, high) = (low[axis] + margin, high[axis] - margin);
+            let is_within = |at: f64, weight: f64| at >= low * weight && at <= high * weight;
+            if self.linear & (1 << axis) != 0 {
+                return d[axis] == 0.0 || is_within(0.0, 1.0) && is_within(d[axis], 1.0);
+            }
+            let moves = b[axis] != 0.0 || c[axis] != 0.0 || d[axis] != 0.0;
+            !moves
+                || is_within(0.0, 1.0)
+                    && is_within(b[axis], wb)
+                    && is_within(c[axis], wc)
+                    && is_within(d[axis], wd)
+        })
+    }
+}
+
 impl Curve for RationalSpan {
     fn at(&self, t: f64) -> Option<Sample> {
         let s = 1.0 - t;

@@ -2,9 +2,12 @@
 
 use super::HermiteSegment;
 use crate::config::Config;
-use crate::units::{sqrt, Position, Steps, AXES};
+use crate::units::{sqrt, Position, Steps, AXES, NANO_PER_UNIT};
 
 /// Travel of all axes in steps: made once, because the way there from programmed units is a 128-bit division.
+///
+/// Wider by half the resolution of programs at each end: a curve that touches the end of travel is inside, whichever way
+/// its numbers were rounded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TravelBounds {
     low: Position,
@@ -22,11 +25,29 @@ impl TravelBounds {
         for (a, axis) in config.axes.iter().enumerate() {
             let bound = |nano| config.steps_from_nano(a, nano);
             if let (Some(low), Some(high)) = (bound(axis.travel_min), bound(axis.travel_max)) {
-                bounds.low[a] = low;
-                bounds.high[a] = high;
+                let half = Steps::from_bits(axis.steps_per_unit.to_bits() / (2 * NANO_PER_UNIT));
+                bounds.low[a] = low.saturating_sub(half);
+                bounds.high[a] = high.saturating_add(half);
             }
         }
         bounds
+    }
+
+    /// First axis whose coordinate of `at` is outside its travel, or `None`.
+    #[must_use]
+    pub fn outside_at(&self, at: &Position) -> Option<usize> {
+        (0..AXES).find(|&a| at[a] < self.low[a] || at[a] > self.high[a])
+    }
+
+    /// How far the axes can go from `at`, mm or degree: downwards (not positive inside), upwards.
+    #[must_use]
+    pub fn room(&self, config: &Config, at: &Position) -> [[f64; AXES]; 2] {
+        [&self.low, &self.high].map(|bound| {
+            core::array::from_fn(|a| {
+                (bound[a].to_num::<f64>() - at[a].to_num::<f64>())
+                    / config.axes[a].steps_per_unit.to_num::<f64>()
+            })
+        })
     }
 
     /// First axis whose coordinate leaves its travel anywhere on `segment`, or `None`.

@@ -196,16 +196,12 @@ impl Block {
             WordKind::SplinePath => {
                 let mut path = 0;
                 let list = lexer.path_list()?;
-                loop {
-                    let at = lexer.at;
-                    let Some(letter) = lexer.path_axis(list)? else {
-                        break;
-                    };
+                while let Some(letter) = lexer.path_axis(list)? {
                     match before.axis(letter) {
                         Some(axis) => path |= 1 << axis,
                         None => {
-                            let length = lexer.at.saturating_sub(at);
-                            return Err(Fault::new(at, length, &message::AXIS_NOT_CONFIGURED));
+                            let at = lexer.at.saturating_sub(1);
+                            return Err(Fault::new(at, 1, &message::AXIS_NOT_CONFIGURED));
                         }
                     }
                 }

@@ -99,12 +99,15 @@ pub struct Arc {
 /// `POLY`: a polynomial per axis over p in 0..=`length` (shared facts 6), numerators over one denominator:
 /// `P(p) = (a0 + a1 p + a2 p^2 + .. + a5 p^5) / (1 + b1 p + .. + b5 p^5)`.
 ///
-/// a0 is the start position, a1 follows from the end position. Coordinates and coefficients in mm or degree.
+/// a0 is the start position, a1 follows from the end position. Coordinates and coefficients in mm or degree, counted from
+/// the machine origin. An axis without a numerator goes along linearly in p.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Polynomial {
     /// `PL`: parameter length, greater than zero; 1 unless given.
     pub length: f64,
-    /// `[a2, a3, a4, a5]` per axis.
+    /// One bit per axis that has a numerator (`PO[X]`, be it without coefficients); the others do not see the denominator.
+    pub numerators: u8,
+    /// `[a2, a3, a4, a5]` per axis; zero for an axis without a numerator.
     pub coefficients: [[f64; 4]; AXES],
     /// Value of the denominator at p = `length`, and its `[b2, b3, b4, b5]`; `[1, 0, 0, 0, 0]` without one. b1 follows.
     pub denominator: [f64; 5],

@@ -2,9 +2,10 @@
 //!
 //! Block i of the curve carries the knot t_i and the control point Q_i with its weight R_i; P more blocks carry
 //! nothing but a knot. The geometry stage counts differently: the position where the curve starts is its first control
-//! point, with weight 1, and each [`Move`] brings one more and the length of the span it completes. So
+//! point, and each [`Move`] brings one more and the length of the span it completes. So
 //! - Q_0 moves nothing. It must be where the program stands ([`START_GAP`]), as Fanuc's own alarm for a wrong first
-//!   control point has it; the position stays the one that was reached;
+//!   control point has it; the position stays the one that was reached. It goes out as a point there with a span of zero,
+//!   which tells the weight of the start;
 //! - all weights are divided by R_0, which leaves a rational curve as it is;
 //! - Q_i completes the span t_i..t_(i+1), for i from the degree P-1 on (before that there is none, and its interval
 //!   is `None`). t_(i+1) stands in the next block, so one point is held back, with its own line number and feed.
@@ -88,8 +89,6 @@ struct Curve {
     equal: u8,
     order: u8,
     axes: u8,
-    /// A point has gone out.
-    begun: bool,
 }
 
 /// Collector of one NURBS curve after another.
@@ -156,7 +155,16 @@ impl Nurbs {
                 let curve = *curve;
                 self.next(curve, words, template, emit)?
             }
-            _ => first(words, position)?,
+            _ => {
+                let curve = first(words, position)?;
+                emit(Command::Move(Move {
+                    target: *position,
+                    motion: spline(curve.order - 1, Some(0.0), 1.0, true),
+                    cutter: Cutter::OFF,
+                    ..*template
+                }));
+                curve
+            }
         };
         self.0 = Some(curve);
         Ok(())
@@ -201,17 +209,7 @@ impl Nurbs {
             let completes = curve.points > degree;
             emit(Command::Move(Move {
                 block: held.block,
-                motion: Motion::Spline(SplineSpec {
-                    kind: SplineKind::BSpline,
-                    begin: BoundaryCondition::Natural,
-                    end: BoundaryCondition::Natural,
-                    degree,
-                    interval: completes.then_some(span as f32),
-                    weight: held.weight,
-                    first: !curve.begun,
-                    axes: u8::MAX,
-                    tool_point: None,
-                }),
+                motion: spline(degree, completes.then_some(span as f32), held.weight, false),
                 target: held.target,
                 feed: held.feed,
                 feed_type: held.feed_type,
@@ -219,7 +217,6 @@ impl Nurbs {
                 soft: held.soft,
                 cutter: Cutter::OFF,
             }));
-            curve.begun = true;
         }
         if let Some(weight) = weight {
             curve.points = curve.points.saturating_add(1);
@@ -241,6 +238,21 @@ impl Nurbs {
 #[cold]
 fn refuse(message: &'static Message, letter: u8) -> Refusal {
     Refusal { message, letter }
+}
+
+/// A point of a curve.
+fn spline(degree: u8, interval: Option<f32>, weight: f32, first: bool) -> Motion {
+    Motion::Spline(SplineSpec {
+        kind: SplineKind::BSpline,
+        begin: BoundaryCondition::Natural,
+        end: BoundaryCondition::Natural,
+        degree,
+        interval,
+        weight,
+        first,
+        axes: u8::MAX,
+        tool_point: None,
+    })
 }
 
 fn finite_knot(words: &NurbsWords) -> Result<f64, Refusal> {
@@ -289,7 +301,6 @@ fn first(words: &NurbsWords, position: &[Nano; AXES]) -> Result<Curve, Refusal> 
         equal: 1,
         order,
         axes: words.axes,
-        begun: false,
     })
 }
 

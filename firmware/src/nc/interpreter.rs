@@ -305,7 +305,7 @@ impl Interpreter {
                 motion.motion = Motion::Arc(arc);
             }
             Mode::Polynomial => {
-                motion.motion = Motion::Polynomial(polynomial(config, block, &self.lists)?);
+                motion.motion = Motion::Polynomial(polynomial(config, block, &frame, &self.lists)?);
                 block.polynomial = 0;
             }
             Mode::Cubic | Mode::Nurbs => {

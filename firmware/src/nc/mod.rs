@@ -20,8 +20,8 @@
 //! | `PW SD PL` | weight (0 to 3, step 1e-4), degree, knot interval of a B-spline; checked but without effect under `ASPLINE` and `CSPLINE`, refused elsewhere. A new word of group 1 begins a new spline |
 //! | `XH YH ZH` | point of the second curve of a B-spline, absolute, shifted like X Y Z; all three, at all points or none, without rotary axes |
 //! | `SPLINEPATH(1,X,Y)`, `SPLINEPATH XY` | axes that belong to splines, modal, last in its line; without letters and at power-up all |
-//! | `PO[X]=(xe,a2,a3,a4,a5)`, `PO[]=(e,b2,..)`, `PL` | polynomial of an axis, denominator, parameter length (1) of a `POLY` block; up to four, up to five numbers |
-//! | `POX Q<a2> Q<a3> ..`, `POD Q<e> Q<b2> ..` | the same coefficients without brackets, on lines before the one with the coordinates and `PL`, or on it |
+//! | `PO[X]=(xe,a2,a3,a4,a5)`, `PO[]=(e,b2,..)`, `PL` | polynomial of an axis, denominator, parameter length (1) of a `POLY` block; up to five numbers each, counted from the programmed zero. A coordinate without `PO` is linear, also beside a denominator |
+//! | `POX Q<a2> Q<a3> ..`, `POD Q<e> Q<b2> ..` | the same coefficients without brackets, on lines before the one with the coordinates and `PL`, or on it; `POX Q0` for none |
 //! | `I`, `K` | length and coefficients of a `G6` block; the K words stand on lines of their own, three for each axis |
 //! | `G4` | dwell: `F` or `P` in seconds, `S` in revolutions; no coordinates in the same line |
 //! | `G9`, `G60 G64` | exact stop of the block, modal exact stop, continuous path (power-up) |

@@ -11,7 +11,7 @@ use super::table::{Group, Mode};
 use super::values::{coordinate, refuse};
 use crate::catalogue::{nc as message, Message};
 use crate::config::{AxisKind, Config, Head};
-use crate::units::{Nano, AXES};
+use crate::units::{Nano, AXES, NANO_PER_UNIT};
 
 /// Weight of a point without `PW`, 1e-4.
 const WEIGHT_ONE: u16 = 10_000;
@@ -251,30 +251,36 @@ fn second_curve(
 
 /// The polynomial of a `POLY` block with coordinates.
 ///
+/// With the programmed origin at `o`, the numerator of `P + o` is that of P and `o` times the denominator, so its
+/// coefficients are `a_k + o b_k`.
+///
 /// # Errors
 /// A coefficient that is too large for a number in machine units.
 #[cold]
 pub(super) fn polynomial(
     config: &Config,
     block: &Block,
+    frame: &Frame,
     lists: &Lists,
 ) -> Result<Polynomial, Fault> {
+    let mut denominator = [1.0, 0.0, 0.0, 0.0, 0.0];
+    if block.polynomial & DENOMINATOR != 0 {
+        denominator = lists.denominator;
+    }
+    let [_, under @ ..] = denominator;
+    let mut finite = denominator.iter().all(|number| number.is_finite());
     let mut coefficients = [[0.0; 4]; AXES];
-    let mut finite = true;
     for (axis, (row, collected)) in coefficients.iter_mut().zip(&lists.numerators).enumerate() {
         if block.polynomial & (1 << axis) == 0 {
             continue;
         }
         let inch = block.modal.inch && config.axes[axis].kind == AxisKind::Linear;
-        for (to, from) in row.iter_mut().zip(collected) {
-            *to = if inch { from * 25.4 } else { *from };
+        let origin = frame.origin(axis) as f64 / NANO_PER_UNIT as f64;
+        for ((to, from), under) in row.iter_mut().zip(collected).zip(under) {
+            let programmed = if inch { from * 25.4 } else { *from };
+            *to = programmed + origin * under;
             finite &= to.is_finite();
         }
-    }
-    let mut denominator = [1.0, 0.0, 0.0, 0.0, 0.0];
-    if block.polynomial & DENOMINATOR != 0 {
-        denominator = lists.denominator;
-        finite &= denominator.iter().all(|number| number.is_finite());
     }
     if !finite {
         let at = block.polynomial_at.unwrap_or(block.first_axis);
@@ -282,6 +288,7 @@ pub(super) fn polynomial(
     }
     Ok(Polynomial {
         length: block.interval.map_or(1.0, |length| length.value.to_f64()),
+        numerators: block.polynomial & !DENOMINATOR,
         coefficients,
         denominator,
     })

@@ -305,6 +305,7 @@ fn a_polynomial_too_long_for_a_line_goes_out_in_the_spelling_of_the_wire() {
             "X1",
             "POX Q2.345678 Q-3.456789",
             "POZ Q0.000001",
+            "POA Q0",
             "POD Q1.5 Q0.25",
             "N10 POLY X10.123456 Y5 Z1.234567 A7  PL=2 F1000",
             "X2"
@@ -318,7 +319,7 @@ fn a_polynomial_too_long_for_a_line_goes_out_in_the_spelling_of_the_wire() {
         ),
         (2, 51)
     );
-    assert_eq!(program.locate(6, 1).unwrap().line, 3);
+    assert_eq!(program.locate(7, 1).unwrap().line, 3);
     // What is not a plain number stays where it is.
     let long = long.replace("(7)", "(R7)");
     assert_eq!(follow(&long), [long]);

@@ -31,13 +31,11 @@ pub fn split(line: &[u8]) -> Option<Vec<Piece>> {
             b';' => break,
             b'P' if code[at..].starts_with(b"PO[") => {
                 let term = Term::read(&code, at)?;
-                // An end point alone needs no preparation.
-                if term.axis.is_none() || term.values.len() > 1 {
-                    pieces.push(Piece {
-                        text: term.preparation(),
-                        column: at,
-                    });
-                }
+                // Also without coefficients: a coordinate of its own would be linear beside a denominator.
+                pieces.push(Piece {
+                    text: term.preparation(),
+                    column: at,
+                });
                 if let Some(axis) = term.axis {
                     last.push(axis);
                     last.extend_from_slice(term.values.first()?);
@@ -108,6 +106,9 @@ impl<'a> Term<'a> {
         for value in self.values.iter().skip(skip) {
             text.extend_from_slice(b" Q");
             text.extend_from_slice(value);
+        }
+        if self.values.len() <= skip {
+            text.extend_from_slice(b" Q0");
         }
         text
     }

@@ -140,6 +140,7 @@ fuzz_target!(|input: Input| {
                     feed_type: FeedType::PerTime,
                     exact_stop: stop,
                     soft: true,
+                    spline: false,
                     cutter,
                 };
                 if builder.push(&config, &block).is_err() {

@@ -217,12 +217,12 @@ fn arc(
 
 /// The curve of a `POLY` block: coefficients of p made those of u = p / length.
 ///
-/// The polynomials count from `origin`; an axis without way and coefficients rests, whatever the denominator.
+/// The polynomials count from `origin`; an axis without one goes linearly, whatever the denominator.
 fn polynomial(
     from: &Point,
     to: &Point,
     length: f64,
-    axes: &[[f64; 4]; 5],
+    axes: &[Option<[f64; 4]>; 5],
     under: &[f64; 5],
     origin: &Point,
 ) -> Rational {
@@ -238,11 +238,15 @@ fn polynomial(
     let below = scaled(1.0, under[0], &under[1..]);
     let over = |i: usize| {
         let (start, end) = (from[i] - origin[i], to[i] - origin[i]);
-        let mut over = if start == end && axes[i] == [0.0; 4] {
-            below.map(|b| b * start)
+        let mut over = [0.0; 7];
+        if let Some(higher) = &axes[i] {
+            over[..6].copy_from_slice(&scaled(start, end * under[0], higher));
         } else {
-            scaled(start, end * under[0], &axes[i])
-        };
+            for (k, b) in below.iter().enumerate() {
+                over[k] += b * start;
+                over[k + 1] += b * (end - start);
+            }
+        }
         for (k, b) in over.iter_mut().zip(below) {
             *k += origin[i] * b;
         }

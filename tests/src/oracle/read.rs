@@ -93,8 +93,8 @@ pub enum Motion {
     Polynomial {
         /// `PL`
         length: f64,
-        /// a2..a5 per axis.
-        axes: [[f64; 4]; 5],
+        /// a2..a5 per axis that has a polynomial.
+        axes: [Option<[f64; 4]>; 5],
         /// Value at the end, b2..b5.
         under: [f64; 5],
         /// Where the coefficients count from.
@@ -519,7 +519,7 @@ impl Reader {
                 axes: self.modal.axes,
             }),
             Mode::Polynomial => {
-                let mut all = [[0.0; 4]; 5];
+                let mut all = [None; 5];
                 let mut under = [1.0, 0.0, 0.0, 0.0, 0.0];
                 for (axis, numbers) in self.prepared.drain(..) {
                     // Preparation words of an axis lack the end point that the bracket form begins with.
@@ -528,9 +528,8 @@ impl Reader {
                 }
                 for (axis, numbers) in &polynomials {
                     if let Some(axis) = LETTERS.iter().position(|l| l == axis) {
-                        for (a, n) in all[axis].iter_mut().zip(&numbers[1..]) {
-                            *a = *n;
-                        }
+                        let number = |k: usize| numbers.get(k + 1).copied().unwrap_or(0.0);
+                        all[axis] = Some(core::array::from_fn(number));
                     } else {
                         for (b, n) in under.iter_mut().zip(numbers) {
                             *b = *n;

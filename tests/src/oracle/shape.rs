@@ -2,11 +2,11 @@
 
 use super::spline::{distance, norm, Cubic, Point};
 
-/// A polynomial per axis over one denominator, `[c0, .., c5]` each.
+/// A polynomial per axis over one denominator, constant first.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rational {
-    /// Numerators.
-    pub over: [[f64; 6]; 5],
+    /// Numerators; one degree more, for an axis that is linear whatever the denominator.
+    pub over: [[f64; 7]; 5],
     /// Denominator.
     pub under: [f64; 6],
 }
@@ -191,11 +191,11 @@ mod tests {
         });
         let rational = Shape::Rational(Rational {
             over: [
-                [1.0, 2.0, -1.0, 0.5, 0.25, -0.1],
-                [0.0, 1.0, 0.0, 0.0, 0.0, 1.0],
-                [3.0, -1.0, 2.0, 0.0, 0.0, 0.0],
-                [0.0; 6],
-                [0.0, 0.0, 1.0, 0.0, 0.0, 0.0],
+                [1.0, 2.0, -1.0, 0.5, 0.25, -0.1, 0.0],
+                [0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.3],
+                [3.0, -1.0, 2.0, 0.0, 0.0, 0.0, 0.0],
+                [0.0; 7],
+                [0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0],
             ],
             under: [1.0, 0.5, 0.25, 0.0, 0.1, 0.0],
         });

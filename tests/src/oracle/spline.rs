@@ -318,7 +318,9 @@ pub fn rational(
                     ]
                 });
                 Shape::Rational(Rational {
-                    over: [all[0], all[1], all[2], all[3], all[4]],
+                    over: core::array::from_fn(|axis| {
+                        core::array::from_fn(|k| all[axis].get(k).copied().unwrap_or(0.0))
+                    }),
                     under: all[5],
                 })
             })

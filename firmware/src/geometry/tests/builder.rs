@@ -425,12 +425,14 @@ fn any_polynomial() -> impl Strategy<Value = Motion> {
     let four = prop::array::uniform4(number.clone());
     (
         prop_oneof![3 => 0.1..10.0, 1 => any::<f64>()],
+        any::<u8>(),
         prop::array::uniform5(four.clone()),
         prop_oneof![2 => Just([1.0, 0.0, 0.0, 0.0, 0.0]), 1 => prop::array::uniform5(number)],
     )
-        .prop_map(|(length, coefficients, denominator)| {
+        .prop_map(|(length, numerators, coefficients, denominator)| {
             Motion::Polynomial(Polynomial {
                 length,
+                numerators,
                 coefficients,
                 denominator,
             })

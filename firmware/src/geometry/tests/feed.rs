@@ -101,6 +101,7 @@ fn curves_take_the_programmed_time() {
     let curve = |a4| {
         Motion::Polynomial(Polynomial {
             length: 1.0,
+            numerators: u8::MAX,
             coefficients: [
                 [5.0, 0.0, a4, 0.0],
                 [-30.0, 3.0, 0.0, 0.0],

@@ -11,6 +11,7 @@ const ONE: [f64; 5] = [1.0, 0.0, 0.0, 0.0, 0.0];
 fn poly(length: f64, coefficients: [[f64; 4]; AXES], denominator: [f64; 5]) -> Motion {
     Motion::Polynomial(Polynomial {
         length,
+        numerators: u8::MAX,
         coefficients,
         denominator,
     })
@@ -28,10 +29,10 @@ fn curve(start: &Point, end: &Point, block: &Polynomial, p: f64) -> Point {
     let [at_end, b @ ..] = block.denominator;
     let under = horner(1.0, at_end, &b, block.length, p);
     core::array::from_fn(|axis| {
-        let k = &block.coefficients[axis];
-        if start[axis] == end[axis] && *k == [0.0; 4] {
-            return start[axis];
+        if block.numerators & (1 << axis) == 0 {
+            return start[axis] + (end[axis] - start[axis]) * p / block.length;
         }
+        let k = &block.coefficients[axis];
         horner(start[axis], end[axis] * at_end, k, block.length, p) / under
     })
 }
@@ -112,16 +113,22 @@ proptest! {
         b in prop::array::uniform4(0.0..0.5_f64),
         at_end in 0.7..3.0_f64,
         rational: bool,
+        numerators in 0u8..32,
         length in 0.5..2.0_f64,
     ) {
         let (start, end) = ([1.5, -2.25, 100.0, 3.0, -4.0], [40.0, 3.0, 90.0, 8.0, -4.0]);
-        let coefficients = [k[0], k[1], k[2], [0.0, 1.0, 0.0, 0.0], [0.0; 4]];
+        let mut coefficients = [k[0], k[1], k[2], [0.0, 1.0, 0.0, 0.0], [0.0; 4]];
+        for (axis, row) in coefficients.iter_mut().enumerate() {
+            if numerators & (1 << axis) == 0 {
+                *row = [0.0; 4];
+            }
+        }
         let denominator = if rational {
             [at_end, b[0], b[1], b[2], b[3]]
         } else {
             ONE
         };
-        let curve = Polynomial { length, coefficients, denominator };
+        let curve = Polynomial { length, numerators, coefficients, denominator };
         // A b1 that makes the denominator small is another test.
         let path = match run(&start, &[block(1, Motion::Polynomial(curve), &end)]) {
             Err(error) if error.kind == GeometryErrorKind::Denominator => return Ok(()),
@@ -165,11 +172,12 @@ fn the_published_quarter_circle_is_a_circle() {
 
 #[test]
 fn axes_that_stand_still_do_so_under_a_denominator() {
-    let curve = poly(
-        2.0,
-        [[0.0, 0.3, 0.0, 0.1], [0.0; 4], [0.0; 4], [0.0; 4], [0.0; 4]],
-        [1.5, 0.2, 0.0, 0.0, 0.0],
-    );
+    let curve = Motion::Polynomial(Polynomial {
+        length: 2.0,
+        numerators: 0b1,
+        coefficients: [[0.0, 0.3, 0.0, 0.1], [0.0; 4], [0.0; 4], [0.0; 4], [0.0; 4]],
+        denominator: [1.5, 0.2, 0.0, 0.0, 0.0],
+    });
     let start = [10.0, 77.0, -3.0, 5.0, 1.0];
     let end = [15.0, 77.0, -3.0, 5.0, 1.0];
     for path in run(&start, &[block(1, curve, &end)]).unwrap() {

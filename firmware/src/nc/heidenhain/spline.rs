@@ -115,6 +115,7 @@ fn polynomial(shared: &Shared, line: &Line, spline: &Spline) -> Result<Polynomia
     }
     Ok(Polynomial {
         length: 1.0,
+        numerators: u8::MAX,
         coefficients,
         denominator: [1.0, 0.0, 0.0, 0.0, 0.0],
     })

@@ -296,7 +296,7 @@ const MALFORMED: &[(&str, &str)] = &[
         "1:26 118 word '6' has no meaning here",
     ),
     ("F9 POLY PO[]=(0)", "1:9 109 value of 'PO[]' is out of range"),
-    ("F9 POLY PO[X]=(1,2", "1:19 103 comment is not closed"),
+    ("F9 POLY PO[X]=(1,2", "1:19 340 parenthesis, bracket or comma missing"),
     (
         "F9 BSPLINE X1 XH=1 YH=2",
         "1:15 145 XH YH ZH come together, at all points of the spline or at none",
@@ -346,7 +346,7 @@ const MALFORMED: &[(&str, &str)] = &[
     ("SPLINEPATH(1,X5)", "1:15 102 unexpected character '5'"),
     ("SPLINEPATH(1,5)", "1:14 102 unexpected character '5'"),
     ("SPLINEPATH(7,X)", "1:12 102 unexpected character '7'"),
-    ("SPLINEPATH(1,B)", "1:13 117 axis 'B' is not configured"),
+    ("SPLINEPATH(1,B)", "1:14 117 axis 'B' is not configured"),
     ("X=R[1.5]", "1:3 341 'R[1.5]' is not one of R0 to R99"),
     ("MSG(\"open", "1:5 104 string is not closed"),
 ];

@@ -57,7 +57,7 @@ fn operators_bind_as_on_the_840d() {
         ("--2-+-3", 5.0),
         ("-(1+2)*3", -9.0),
         ("R2+3*R1", 7.0),
-        ("R[R[1]]", 2.5),
+        ("R[R[1]+0.5]", 2.5),
         ("R[0.1*3*10-1]", 2.5),
         ("r99", 99.5),
         (" R [ 1 + 1 ] * 2 ", 5.0),
@@ -236,7 +236,7 @@ fn an_error_leaves_the_reading_place_where_it_was() {
 fn the_left_side_of_an_assignment_is_an_index() {
     for (text, index, rest) in [
         ("R5=1", 5, "=1"),
-        ("r [ R1 ] = 1", 2, "= 1"),
+        ("r [ R1+.5 ] = 1", 2, "= 1"),
         ("R07", 7, ""),
     ] {
         let mut at = 0;

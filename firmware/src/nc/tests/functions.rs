@@ -1,25 +1,10 @@
-//! Laws of the functions around the path: circles, polynomials, tools, compensation, frames, feeds, parameters, jumps.
+//! Laws of the functions around the path: circles, tools, compensation, frames, feeds, parameters, jumps.
 
-use super::{commands, micro, moves, run, xyzac, xyzbc};
-use crate::config::{Config, Dialect, Head, ToolData};
+use super::{commands, equipped, micro, moves, refusal, run, specs, targets, xyzac, xyzbc};
+use crate::config::{Config, Dialect, ToolData};
 use crate::nc::command::{Arc, Centre, Corner, Cutter, FeedReference, FeedType, Plane, Side};
-use crate::nc::{Auxiliary, Command, Interpreter, Motion, Move, SplineSpec};
+use crate::nc::{Auxiliary, Command, Interpreter, Motion, Move};
 use crate::units::{Nano, NANO_PER_UNIT};
-
-/// A machine with tool 4, `FR_4`: radius 2 mm, length 80 mm; zero offsets 1, 2, 3 mm (`G55`) in X, Y, Z.
-fn equipped() -> Config {
-    let mut config = xyzac();
-    let mut name = [0; 16];
-    name[..4].copy_from_slice(b"FR_4");
-    config.tools[3] = ToolData {
-        number: 4,
-        name,
-        radius: 2_000_000,
-        length: 80_000_000,
-    };
-    config.zero_offsets[1] = micro([1000, 2000, 3000, 0, 0]);
-    config
-}
 
 fn arcs(config: &Config, program: &str) -> Vec<Arc> {
     let arc = |motion: &Move| match motion.motion {
@@ -35,24 +20,6 @@ fn centres(program: &str) -> Vec<[Nano; 2]> {
         Centre::Radius(_) => panic!("{arc:?}"),
     };
     arcs(&equipped(), program).iter().map(point).collect()
-}
-
-fn specs(config: &Config, program: &str) -> Vec<SplineSpec> {
-    let spec = |motion: &Move| match motion.motion {
-        Motion::Spline(spec) => Some(spec),
-        _ => None,
-    };
-    moves(config, program).iter().filter_map(spec).collect()
-}
-
-fn targets(config: &Config, program: &str) -> Vec<[Nano; 5]> {
-    let end = |motion: &Move| motion.target;
-    moves(config, program).iter().map(end).collect()
-}
-
-/// `line:column code text` of the last line.
-fn refusal(config: &Config, program: &str) -> String {
-    run(config, program).1.expect_err(program).to_string()
 }
 
 #[test]
@@ -133,81 +100,6 @@ fn the_points_of_a_b_spline_may_have_any_weight_from_0_to_3() {
         .map(|spec| spec.weight)
         .collect();
     assert_eq!(weights, [3.0, 0.0, 0.0001, 1.0]);
-}
-
-#[test]
-fn a_spline_path_stays_until_the_next_one_or_the_end_of_the_program() {
-    let paths: Vec<_> = specs(
-        &xyzac(),
-        "F60 CSPLINE X1\nSPLINEPATH(1,X,Y,Z,A)\nX2\nG1 X3\nCSPLINE X4\nSPLINEPATH XC X5\nSPLINEPATHYX6\n\
-         SPLINEPATH\nX7\nSPLINEPATH X\nM30\nF60 CSPLINE X1",
-    )
-    .iter()
-    .map(|spec| spec.axes)
-    .collect();
-    assert_eq!(paths, [255, 0b01111, 0b01111, 0b10001, 0b00010, 255, 255]);
-}
-
-#[test]
-fn the_second_curve_is_shifted_like_the_first() {
-    let program = "T4 M6 G55 G1 F60 X0 Y0 Z0\nBSPLINE X1 XH=1 YH=2 ZH=10\nX2XH2YH3ZH11";
-    let points: Vec<_> = specs(&equipped(), program)
-        .iter()
-        .map(|spec| {
-            spec.tool_point
-                .map(|point| point.map(|value| value / NANO_PER_UNIT))
-        })
-        .collect();
-    assert_eq!(points, [Some([2, 4, 93]), Some([3, 5, 94])]);
-    assert_eq!(specs(&equipped(), "F60 BSPLINE X1\nX2")[1].tool_point, None);
-    let mut stiff = equipped();
-    stiff.head = Head::None;
-    assert_eq!(
-        refusal(&stiff, "F60 BSPLINE X1 XH=1 YH=2 ZH=3"),
-        "1:16 144 XH YH ZH need rotary axes that turn the tool"
-    );
-}
-
-#[test]
-fn both_spellings_of_a_polynomial_mean_the_same() {
-    let config = xyzac();
-    let of = |program: &str| match moves(&config, program)[..] {
-        [Move {
-            motion: Motion::Polynomial(polynomial),
-            target,
-            ..
-        }] => (polynomial, target),
-        ref other => panic!("{other:?}"),
-    };
-    let list = of("POLY PO[X]=(10,0.25,-1E-3) PO[Y]=(5,1,2,3,4) PO[]=(2,0.5) Z=1 PL=2 F60");
-    assert_eq!(list.0.length, 2.0);
-    assert_eq!(list.0.coefficients[0], [0.25, -0.001, 0.0, 0.0]);
-    assert_eq!(list.0.coefficients[1], [1.0, 2.0, 3.0, 4.0]);
-    assert_eq!(list.0.coefficients[2..], [[0.0; 4]; 3]);
-    assert_eq!(list.0.denominator, [2.0, 0.5, 0.0, 0.0, 0.0]);
-    assert_eq!(list.1, micro([10_000, 5000, 1000, 0, 0]));
-    for wire in [
-        "F60POLY\nPOXQ0.25Q-1E-3\nPOYQ1Q2Q3Q4PODQ2Q.5\nX10Y5Z1PL2",
-        "F60 POLY\nPOD Q2 Q0.5\n\nN5 ; coefficients\nPOX Q=1/4 Q-0.001 POY Q1 Q2 Q3 Q4 X10 Y5 Z1 PL=2",
-    ] {
-        assert_eq!(of(wire), list, "{wire}");
-    }
-    let plain = of("F60 POLY X1");
-    assert_eq!(plain.0.length, 1.0);
-    assert_eq!(plain.0.coefficients, [[0.0; 4]; 5]);
-    assert_eq!(plain.0.denominator, [1.0, 0.0, 0.0, 0.0, 0.0]);
-    // coefficients of linear axes are lengths
-    let inch = of("F60 G70 POLY PO[X]=(1,0.5) PO[A]=(1,0.5)");
-    assert_eq!(
-        (inch.0.coefficients[0][0], inch.0.coefficients[3][0]),
-        (12.7, 0.5)
-    );
-    // and are forgotten behind their block
-    let two = moves(&config, "F60 POLY PO[X]=(1,5)\nX2");
-    let Motion::Polynomial(second) = two[1].motion else {
-        panic!("{two:?}")
-    };
-    assert_eq!(second.coefficients, [[0.0; 4]; 5]);
 }
 
 #[test]

@@ -361,6 +361,7 @@ fn spl_blocks_made_of_g6_blocks_are_the_same_curves() {
             length: parameter,
             coefficients,
             denominator,
+            ..
         }) = step.motion
         else {
             panic!("{step:?}");

@@ -1,5 +1,6 @@
 //! Programs in, commands and errors out; oracles are written out by hand or computed another way.
 
+mod curves;
 mod errors;
 mod expression;
 mod fanuc;
@@ -9,9 +10,9 @@ mod language;
 mod numbers;
 mod programs;
 
-use super::{Command, Interpreter, Motion, Move, NcError};
+use super::{Command, Interpreter, Motion, Move, NcError, SplineSpec};
 use crate::config::tests::test_config;
-use crate::config::Config;
+use crate::config::{Config, ToolData};
 use crate::units::{Nano, AXES};
 
 /// X Y Z A C without default feed.
@@ -23,6 +24,21 @@ fn xyzac() -> Config {
 fn xyzbc() -> Config {
     let mut config = test_config();
     config.axes[3].letter = b'B';
+    config
+}
+
+/// A machine with tool 4, `FR_4`: radius 2 mm, length 80 mm; zero offsets 1, 2, 3 mm (`G55`) in X, Y, Z.
+fn equipped() -> Config {
+    let mut config = xyzac();
+    let mut name = [0; 16];
+    name[..4].copy_from_slice(b"FR_4");
+    config.tools[3] = ToolData {
+        number: 4,
+        name,
+        radius: 2_000_000,
+        length: 80_000_000,
+    };
+    config.zero_offsets[1] = micro([1000, 2000, 3000, 0, 0]);
     config
 }
 
@@ -69,4 +85,22 @@ fn micro(values: [i64; AXES]) -> [Nano; AXES] {
 
 fn is_spline(motion: &Move) -> bool {
     matches!(motion.motion, Motion::Spline(_))
+}
+
+fn specs(config: &Config, program: &str) -> Vec<SplineSpec> {
+    let spec = |motion: &Move| match motion.motion {
+        Motion::Spline(spec) => Some(spec),
+        _ => None,
+    };
+    moves(config, program).iter().filter_map(spec).collect()
+}
+
+fn targets(config: &Config, program: &str) -> Vec<[Nano; 5]> {
+    let end = |motion: &Move| motion.target;
+    moves(config, program).iter().map(end).collect()
+}
+
+/// `line:column code text` of the last line.
+fn refusal(config: &Config, program: &str) -> String {
+    run(config, program).1.expect_err(program).to_string()
 }
