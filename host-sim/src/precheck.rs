@@ -151,7 +151,7 @@ impl<'a> Road<'a> {
         }
         let refuse = |error| {
             let message = match error {
-                ArcError::Cusp => &message::CUSP,
+                ArcError::Cusp => &message::INTERNAL,
                 ArcError::Range => &message::RANGE,
             };
             wrong_segment(next.block, message, "")

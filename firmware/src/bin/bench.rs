@@ -187,6 +187,9 @@ impl Ticks {
 }
 
 /// The whole road, tick by tick. A tick counts as `band` if every axis makes `band` steps in it.
+///
+/// Never inlined, like [`run_parts`]: the stages of the latter lie on the stack, and one frame for both leaves too little.
+#[inline(never)]
 fn run_core(
     meter: &Meter,
     port: &mut Port,
@@ -260,6 +263,7 @@ fn run_core(
 }
 
 /// Stages of the background on their own.
+#[inline(never)]
 fn run_parts(meter: &Meter, port: &mut Port) {
     let config = machine();
     let mut interpreter = Interpreter::new(&config);

@@ -15,12 +15,6 @@ messages! {
     INTERRUPTED = 173, "the contour was interrupted before the inner corner at {}",
         "The program paused long enough for the tool to be run to the end of the contour; it already stands in the material the next block would leave.",
         "Send the blocks of a compensated contour without a pause.";
-    RADIUS_CHANGE = 174, "the tool radius changes while G41 or G42 is on",
-        "The offset of a contour cannot change on the way.",
-        "Program G40 on a straight block before the tool is changed.";
-    PLANE_CHANGE = 175, "the working plane changes while G41 or G42 is on",
-        "The offset lies in the plane in which G41 or G42 was programmed.",
-        "Program G40 on a straight block before G17, G18 or G19.";
     NOT_STRAIGHT = 176, "G40, G41 and G42 take effect on a straight block",
         "The tool moves to or from its offset along a line.",
         "Program G40, G41 or G42 in a G0 or G1 block that moves in the working plane.";
@@ -30,10 +24,4 @@ messages! {
     PLANE_AXES = 178, "the machine lacks an axis of the working plane",
         "Cutter compensation needs both axes of the plane.",
         "Select another plane with G17, G18 or G19.";
-    OUT_OF_RANGE = 179, "the path of the tool centre leaves the range of positions",
-        "A coordinate of the tool centre does not fit the number range of the machine.",
-        "Check the coordinates and the tool radius.";
-    NOT_DRAINED = 180, "segments of the block before are still waiting",
-        "Internal: the stage was given a block before its output was taken.",
-        "Report this error.";
 }

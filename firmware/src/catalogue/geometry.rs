@@ -9,27 +9,12 @@ messages! {
     NOT_FINITE = 151, "the curve has no finite slope",
         "The numbers of the block are so large, or points lie so close together, that a slope overflows.",
         "Check the coefficients, knot intervals and weights of this block; leave out points that nearly coincide.";
-    FEED = 152, "the feed must be greater than zero",
-        "A block that cuts needs a feed; zero would never arrive.",
-        "Program F in this block or before it.";
     G6_GAP = 153, "G6 starts {} nm (or 1e-6 degree) from the end of the block before it in axis {}; 2000 are allowed",
         "A G6 block runs from P(I) to its printed end point. P(I) must be where the path stands; rounding of the printed numbers explains 2 micrometres.",
         "Check K1 K2 K3 and I of this block for a lost digit, and that the block before it is there and ends where it should.";
-    G6_LENGTH = 154, "I of a G6 block must be greater than zero",
-        "I is the length of the curve parameter, which runs from I down to 0.",
-        "Program I with the value the translator printed.";
-    DEGREE = 155, "SD must be 2 or 3 and may not change inside a spline",
-        "B-splines are driven as polynomials of second or third degree, one degree per spline.",
-        "Program SD=2 or SD=3 with the first point of the spline only; repeat BSPLINE to begin another one.";
     WEIGHT = 156, "weights must be 0 or more, and not 0 on all points of a span",
         "The curve is an average of its control points. Negative weights, or weights that are all zero, leave no average.",
         "Check PW (Fanuc: R) of this point and the ones before it.";
-    KNOT_INTERVAL = 157, "knots may not decrease, nor may more of them coincide than the degree",
-        "PL is the distance to the next knot of a B-spline. It may be 0 where knots coincide; more equal knots than the degree would tear the curve apart, and so would any inside at its ends.",
-        "Program PL greater than zero, or leave it out for 1. Fanuc: check K.";
-    NOT_DRAINED = 158, "segments of the block before are still waiting",
-        "A stage pushed a block before it had fetched the segments of the last one. No program can cause this.",
-        "Report it with the program that shows it.";
     ARC_RADII = 159, "radius is {} mm at the start of the arc and {} mm at its end",
         "Start and end must lie on one circle about the programmed centre; the machine file says how far they may miss it (arc tolerance).",
         "Check the end point and I J K: they count from the start point unless AC() is given. Check that the start point is where the program thinks it is.";
@@ -39,9 +24,6 @@ messages! {
     ARC_NO_RADIUS = 161, "the arc has no radius",
         "The centre lies on the start or the end point, or CR is zero.",
         "Program the centre with I J K of the working plane (G17 G18 G19), or CR greater than zero.";
-    ARC_NO_CHORD = 162, "CR cannot make a full circle",
-        "With CR, the centre follows from start and end point. Where they coincide any centre would do.",
-        "Program the centre of a full circle with I J K.";
     ARC_PLANE = 163, "the machine has no axis {} for this plane",
         "A circle needs both axes of the working plane.",
         "Select another plane with G17, G18 or G19.";

@@ -12,12 +12,9 @@ messages! {
     TRAVEL = 201, "axis {} leaves its travel on the way to this point",
         "The curve, not only its end point, has to stay within the travel of every axis.",
         "Move the work or the zero offset; for a spline look for overshoot between the points.";
-    CUSP = 202, "the curve has a cusp inside the block",
-        "A curve whose slope vanishes inside the block has no direction there.",
-        "Split the block at the cusp, or move the points that make the curve double back.";
-    COMMANDS = 203, "too many functions in one line",
-        "One line gives more commands than the control can hold.",
-        "Spread the M functions over several lines.";
+    INTERNAL = 202, "the stages of the control disagree about this block",
+        "A check behind other checks has failed. No program is known that leads here.",
+        "Please report the program. It is safe to go on with another one after a reset.";
     RANGE = 204, "the curve leaves the range of numbers",
         "The curve is longer, or bends more sharply, than the fixed-point format of the path can hold.",
         "Split the block.";

@@ -3,6 +3,7 @@
 use core::fmt;
 
 use crate::catalogue::compensation as catalogue;
+use crate::catalogue::machine::INTERNAL;
 use crate::catalogue::Message;
 use crate::nc::command::Plane;
 
@@ -84,13 +85,13 @@ impl CompensationErrorKind {
             Self::Bottleneck { .. } => catalogue::BOTTLENECK,
             Self::Material { .. } => catalogue::MATERIAL,
             Self::Interrupted { .. } => catalogue::INTERRUPTED,
-            Self::RadiusChange => catalogue::RADIUS_CHANGE,
-            Self::PlaneChange => catalogue::PLANE_CHANGE,
+            Self::RadiusChange => INTERNAL,
+            Self::PlaneChange => INTERNAL,
             Self::NotStraight => catalogue::NOT_STRAIGHT,
             Self::LookAhead => catalogue::LOOK_AHEAD,
             Self::PlaneAxes => catalogue::PLANE_AXES,
-            Self::OutOfRange => catalogue::OUT_OF_RANGE,
-            Self::NotDrained => catalogue::NOT_DRAINED,
+            Self::OutOfRange => INTERNAL,
+            Self::NotDrained => INTERNAL,
         }
     }
 }

@@ -10,7 +10,7 @@ use super::chord::{delta, position, Chord, Measure};
 use super::circle::Circle;
 use super::cubic::CubicSpline;
 use super::error::{GeometryError, GeometryErrorKind};
-use super::fit::curve_length;
+use super::fit::{curve_length, displacement};
 use super::g6;
 use super::lazy::Lazy;
 use super::line;
@@ -18,6 +18,7 @@ use super::polynomial::Fraction;
 use super::queue::{Knot, SegmentQueue};
 use super::segment::PathSegment;
 use super::singular;
+use super::tool_vector::{HeadAxes, JUMP};
 use super::travel::TravelBounds;
 use crate::config::Config;
 use crate::nc::command::{BoundaryCondition, Motion, Move, SplineKind, SplineSpec};
@@ -103,6 +104,7 @@ impl SegmentBuilder {
     pub fn reset(&mut self, start: Position) {
         self.position = start;
         self.open = None;
+        self.cubic.clear();
         self.bspline = BSpline::new();
         self.queue.clear();
         self.lazy = None;
@@ -146,7 +148,10 @@ impl SegmentBuilder {
 
     /// True while segments wait to be drained.
     fn is_cutting(&self) -> bool {
-        !self.queue.is_empty() || self.lazy.is_some() || self.bspline.is_draining()
+        !self.queue.is_empty()
+            || self.lazy.is_some()
+            || self.bspline.is_draining()
+            || self.cubic.is_draining()
     }
 
     /// Next finished segment, in path order.
@@ -166,13 +171,15 @@ impl SegmentBuilder {
                 })
             } else if self.bspline.is_draining() {
                 self.drain(config)
+            } else if self.cubic.is_draining() {
+                self.cubic.drain(config, &mut self.queue)
             } else {
                 return None;
             };
             if let Err(error) = result {
                 self.failed = Some(error);
                 self.lazy = None;
-                self.bspline = BSpline::new();
+                self.drop_spline();
                 return None;
             }
         }
@@ -185,7 +192,7 @@ impl SegmentBuilder {
     ///
     /// # Errors
     /// `NotDrained`: the block has not been taken; call `next` until `None` and push it again. Besides a caller that
-    /// forgot, this happens where the block ends a B-spline whose last spans are still to be cut.
+    /// forgot, this happens where the block ends a spline.
     ///
     /// The block is not accepted. Where the block itself is wrong (everything but `NotFinite` and `OutOfRange`
     /// in the course of a curve), an open spline stands as it was and [`SegmentBuilder::finish`] completes it up to the
@@ -347,7 +354,10 @@ impl SegmentBuilder {
                 .push(config, queue, knot, spec)
                 .and_then(|span| self.span(config, span)),
             (SplineKind::Akima, Some(chord)) => self.akima.push(config, queue, knot, &chord),
-            (SplineKind::Cubic, Some(chord)) => self.cubic.push(config, queue, knot, &chord),
+            (SplineKind::Cubic, Some(chord)) => {
+                self.cubic.push(knot, &chord);
+                Ok(())
+            }
             (_, None) => Ok(()),
         };
         if result.is_err() {
@@ -398,7 +408,7 @@ impl SegmentBuilder {
     /// Completes an open spline before `block`, whose direction is `next`.
     ///
     /// # Errors
-    /// As [`SegmentBuilder::complete`]; `NotDrained` if its end has to be cut first.
+    /// As [`SegmentBuilder::complete`]; `NotDrained` if there was one: its end has to be drained first.
     fn complete_before(
         &mut self,
         config: &Config,
@@ -408,15 +418,10 @@ impl SegmentBuilder {
         let position = self.position;
         self.complete(config, next)?;
         // A tool vector has turned the rotary axes to where no block said.
-        if self.is_rational() || self.position != position {
+        if self.is_cutting() || self.position != position {
             return Err(block.error(GeometryErrorKind::NotDrained));
         }
         Ok(())
-    }
-
-    /// A B-spline has spans that are not yet cut.
-    fn is_rational(&self) -> bool {
-        self.lazy.is_some() || self.bspline.is_draining()
     }
 
     /// Takes a span of a B-spline that makes several segments.
@@ -431,13 +436,36 @@ impl SegmentBuilder {
     }
 
     /// The next span of a B-spline that has ended.
+    ///
+    /// # Errors
+    /// What is wrong with the curve; the spline is dropped.
     fn drain(&mut self, config: &Config) -> Result<(), GeometryError> {
-        let span = self.bspline.drain(config, &mut self.queue)?;
-        self.span(config, span)?;
-        if !self.bspline.is_draining() {
-            self.position = self.bspline.end().unwrap_or(self.position);
+        let result = self.drain_span(config);
+        if result.is_err() {
+            self.drop_spline();
         }
-        Ok(())
+        result
+    }
+
+    #[cold]
+    fn drop_spline(&mut self) {
+        self.open = None;
+        self.cubic.clear();
+        self.bspline = BSpline::new();
+    }
+
+    fn drain_span(&mut self, config: &Config) -> Result<(), GeometryError> {
+        let mut span = self.bspline.drain(config, &mut self.queue)?;
+        if !self.bspline.is_draining() {
+            let programmed = self.position;
+            self.position = self.bspline.end().unwrap_or(programmed);
+            if let Some(span) = &mut span {
+                let kind = settle_tool(config, &mut span.end.at, &programmed);
+                kind.map_err(|kind| span.end.error(kind))?;
+                self.position = span.end.at;
+            }
+        }
+        self.span(config, span)
     }
 
     /// Completes an open spline; `next` is the direction of the block behind it.
@@ -457,17 +485,45 @@ impl SegmentBuilder {
         let end = Boundary::resolve(config, open.end, next, open.measure);
         match open.kind {
             SplineKind::Akima => self.akima.finish(config, &mut self.queue, end),
-            SplineKind::Cubic => self.cubic.finish(config, &mut self.queue, end),
-            SplineKind::BSpline => {
-                self.bspline.finish()?;
-                // Plain spans go into the queue, which holds more than there can be.
-                loop {
-                    self.drain(config)?;
-                    if self.lazy.is_some() || !self.bspline.is_draining() {
-                        return Ok(());
-                    }
-                }
+            SplineKind::Cubic => {
+                self.cubic.finish(end);
+                Ok(())
             }
+            SplineKind::BSpline => self.bspline.finish(),
         }
+    }
+}
+
+/// Ends a spline on the very angles its last block names: the program goes on from there, and what it does not turn must
+/// not turn.
+///
+/// # Errors
+/// `ToolJump` if the tool points where the block says, but with other angles.
+fn settle_tool(
+    config: &Config,
+    end: &mut Position,
+    programmed: &Position,
+) -> Result<(), GeometryErrorKind> {
+    if end == programmed {
+        return Ok(());
+    }
+    let off = displacement(config, programmed, end)?;
+    if off.iter().all(|by| libm::fabs(*by) <= JUMP) {
+        *end = *programmed;
+        return Ok(());
+    }
+    let head = HeadAxes::new(config)?;
+    let [is, asked] = [&*end, programmed].map(|at| {
+        let [tilt, turn] = [head.tilt, head.turn].map(|axis| {
+            at[axis].to_num::<f64>() / config.axes[axis].steps_per_unit.to_num::<f64>()
+        });
+        head.vector(tilt, turn)
+    });
+    // Radian; a degree is 0.017.
+    let differs = |(a, b): (f64, f64)| libm::fabs(a - b) > 0.02 * JUMP;
+    if is.into_iter().zip(asked).any(differs) {
+        Ok(())
+    } else {
+        Err(GeometryErrorKind::ToolJump)
     }
 }

@@ -12,6 +12,9 @@
 //! Forward elimination leaves `m_k = r_k - c_k m_(k+1)` and never has to be revised; with c <= 1/2 an error in a
 //! slope halves with every knot of back substitution. Starting [`WINDOW`] knots ahead with any sound guess
 //! therefore gives m_k within 2^-32 of the guess's error, which is below the rounding of `f32`.
+//!
+//! One back substitution serves [`BATCH`] segments, so a knot costs (WINDOW + BATCH) / BATCH = 3 rows. Which segments
+//! become final when depends on the number of knots only, never on when they arrive.
 
 use heapless::Deque;
 
@@ -22,12 +25,15 @@ use super::line::in_spline;
 use super::queue::{Knot, SegmentQueue};
 use super::singular::straighten;
 use crate::config::Config;
-use crate::units::{AxisVec, Position, AXES};
+use crate::units::{AxisVec, AXES};
 
-/// Knots beyond the end of a segment that must be known before it is emitted.
-pub(super) const WINDOW: usize = 32;
+/// Knots beyond the end of a segment that must be known before it is final.
+const WINDOW: usize = 32;
 
-/// One knot and its eliminated equation `m = r - c m_next`.
+/// Segments that become final at a time.
+const BATCH: usize = 16;
+
+/// One knot and its eliminated equation `m = r - c m_next`; of a final knot c = 0, so that r is its slope.
 #[derive(Clone, Copy)]
 struct Row {
     knot: Knot,
@@ -39,7 +45,9 @@ struct Row {
 
 /// An open C-spline.
 pub(super) struct CubicSpline {
-    rows: Deque<Row, { WINDOW + 2 }>,
+    rows: Deque<Row, { WINDOW + BATCH + 1 }>,
+    /// Segments at the front that are final and wait to be drained.
+    ready: usize,
     begin: Boundary,
     /// One bit per axis that belongs to the spline; the others go linearly from knot to knot.
     axes: u8,
@@ -48,32 +56,35 @@ pub(super) struct CubicSpline {
     /// The newest chord and the one before it.
     last: Option<Chord>,
     before: Option<Chord>,
-    /// Slope already used at the front knot, once a segment has ended there.
-    front: Option<AxisVec>,
 }
 
 impl CubicSpline {
     pub const fn new() -> Self {
         Self {
             rows: Deque::new(),
+            ready: 0,
             begin: Boundary::Natural,
             axes: u8::MAX,
             chords: 0,
             last: None,
             before: None,
-            front: None,
         }
+    }
+
+    /// Forgets everything.
+    pub fn clear(&mut self) {
+        self.rows.clear();
+        self.ready = 0;
     }
 
     /// Begins a spline at `origin`; `axes` has one bit per axis that belongs to it.
     pub fn start(&mut self, origin: Knot, begin: Boundary, axes: u8) {
-        self.rows.clear();
+        self.clear();
         self.begin = begin;
         self.axes = axes;
         self.chords = 0;
         self.last = None;
         self.before = None;
-        self.front = None;
         self.append(origin);
     }
 
@@ -82,14 +93,8 @@ impl CubicSpline {
         self.rows.back_mut().map(|row| &mut row.knot)
     }
 
-    /// Takes the next knot; `chord` leads to it from the one before.
-    pub fn push(
-        &mut self,
-        config: &Config,
-        queue: &mut SegmentQueue,
-        knot: Knot,
-        chord: &Chord,
-    ) -> Result<(), GeometryError> {
+    /// Takes the next knot; `chord` leads to it from the one before. [`CubicSpline::drain`] what is ready first.
+    pub fn push(&mut self, knot: Knot, chord: &Chord) {
         if let Some(last) = self.last {
             if self.chords == 1 {
                 self.open_row(&last, chord);
@@ -105,32 +110,58 @@ impl CubicSpline {
         self.append(knot);
         if self.rows.is_full() {
             let guess = self.end_slope(Boundary::Natural);
-            self.release(config, queue, &guess)?;
+            self.solve(&guess, BATCH);
         }
-        Ok(())
     }
 
-    /// The spline ends at the newest knot.
-    pub fn finish(
+    /// The spline ends at the newest knot; all of it is ready then.
+    pub fn finish(&mut self, end: Boundary) {
+        let Some(chord) = self.last else {
+            return;
+        };
+        let all = self.rows.len().saturating_sub(1);
+        if self.chords == 1 {
+            // One chord and nothing to bend it: straight, whatever the conditions say.
+            for row in &mut self.rows {
+                row.c = 0.0;
+                row.r = chord.slope;
+            }
+            self.ready = all;
+            return;
+        }
+        let slope = self.end_slope(end);
+        self.solve(&slope, all);
+    }
+
+    /// True while final segments wait.
+    pub fn is_draining(&self) -> bool {
+        self.ready > 0
+    }
+
+    /// Emits the next final segment.
+    ///
+    /// # Errors
+    /// As [`SegmentQueue::emit`].
+    pub fn drain(
         &mut self,
         config: &Config,
         queue: &mut SegmentQueue,
-        end: Boundary,
     ) -> Result<(), GeometryError> {
-        let Some(chord) = self.last else {
+        self.ready = self.ready.saturating_sub(1);
+        let (Some(start), Some(end)) = (self.rows.pop_front(), self.rows.front()) else {
             return Ok(());
         };
-        if self.chords == 1 {
-            // One chord and nothing to bend it: straight, whatever the conditions say.
-            self.front = Some(chord.slope);
-            return self.drain(config, queue, &chord.slope);
-        }
-        let slope = self.end_slope(end);
-        self.drain(config, queue, &slope)
+        let (at, to) = (&start.knot.at, &end.knot);
+        let by = delta(config, at, &to.at).map_err(|kind| to.error(kind))?;
+        let slope_start = in_spline(self.axes, start.r.map(|m| m * start.h), &by);
+        let slope_end = in_spline(self.axes, end.r.map(|m| m * start.h), &by);
+        // A path that turns back on itself starts or ends at rest there: a line.
+        let (slope_start, slope_end) = straighten(&by, slope_start, slope_end);
+        queue.emit(config, at, to, slope_start, slope_end)
     }
 
     fn append(&mut self, knot: Knot) {
-        // Never full here: `push` releases the front as soon as the window is full.
+        // Never full here: a full window makes the front ready, which is drained before the next knot.
         let _ = self.rows.push_back(Row {
             knot,
             h: 0.0,
@@ -207,91 +238,19 @@ impl CubicSpline {
         }
     }
 
-    /// Emits the front segment, back-substituting from slope `guess` at the newest knot.
-    fn release(
-        &mut self,
-        config: &Config,
-        queue: &mut SegmentQueue,
-        guess: &AxisVec,
-    ) -> Result<(), GeometryError> {
-        let mut m = *guess;
-        let inner = self.rows.len().saturating_sub(2);
-        for row in self.rows.iter().rev().skip(1).take(inner) {
-            m = zip(&row.r, &m, |r, next| r - row.c * next);
-        }
-        let (Some(start), Some(end)) = (self.rows.pop_front(), self.rows.front()) else {
-            return Ok(());
-        };
-        let at_start = self
-            .front
-            .unwrap_or_else(|| zip(&start.r, &m, |r, next| r - start.c * next));
-        self.front = Some(m);
-        let slope_start = at_start.map(|value| value * start.h);
-        let slope_end = m.map(|value| value * start.h);
-        emit(
-            config,
-            queue,
-            self.axes,
-            &start.knot.at,
-            &end.knot,
-            slope_start,
-            slope_end,
-        )
-    }
-
-    /// Emits everything, the newest knot having slope `m`.
-    fn drain(
-        &mut self,
-        config: &Config,
-        queue: &mut SegmentQueue,
-        m: &AxisVec,
-    ) -> Result<(), GeometryError> {
-        // Solve in place: `r` becomes the slope of its knot.
+    /// Back substitution from slope `m` at the newest knot; the first `ready` segments are final then.
+    fn solve(&mut self, m: &AxisVec, ready: usize) {
+        let newest = self.rows.len().saturating_sub(1);
         let mut next = *m;
-        let mut rows = self.rows.iter_mut().rev();
-        if let Some(newest) = rows.next() {
-            newest.r = next;
+        for (k, row) in self.rows.iter_mut().enumerate().rev() {
+            if k < newest {
+                next = zip(&row.r, &next, |r, m| r - row.c * m);
+            }
+            if k <= ready {
+                row.c = 0.0;
+                row.r = next;
+            }
         }
-        for row in rows {
-            row.r = zip(&row.r, &next, |r, m| r - row.c * m);
-            next = row.r;
-        }
-        if let (Some(front), Some(slope)) = (self.rows.front_mut(), self.front) {
-            front.r = slope;
-        }
-        while let Some(start) = self.rows.pop_front() {
-            let Some(end) = self.rows.front() else {
-                break;
-            };
-            let slope_start = start.r.map(|value| value * start.h);
-            let slope_end = end.r.map(|value| value * start.h);
-            emit(
-                config,
-                queue,
-                self.axes,
-                &start.knot.at,
-                &end.knot,
-                slope_start,
-                slope_end,
-            )?;
-        }
-        Ok(())
+        self.ready = ready;
     }
-}
-
-/// Emits one cubic over the axes of the spline; a straight one that starts or ends at rest (a path that turns back on itself) as a line.
-fn emit(
-    config: &Config,
-    queue: &mut SegmentQueue,
-    axes: u8,
-    start: &Position,
-    end: &Knot,
-    slope_start: AxisVec,
-    slope_end: AxisVec,
-) -> Result<(), GeometryError> {
-    let by = delta(config, start, &end.at).map_err(|kind| end.error(kind))?;
-    let slope_start = in_spline(axes, slope_start, &by);
-    let slope_end = in_spline(axes, slope_end, &by);
-    let (slope_start, slope_end) = straighten(&by, slope_start, slope_end);
-    queue.emit(config, start, end, slope_start, slope_end)
 }

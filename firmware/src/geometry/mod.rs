@@ -25,7 +25,7 @@ pub mod segment;
 mod singular;
 #[cfg(test)]
 mod tests;
-mod tool_vector;
+pub(crate) mod tool_vector;
 pub mod travel;
 
 pub use builder::SegmentBuilder;

@@ -10,8 +10,8 @@ use crate::config::Config;
 use crate::nc::command::{Cutter, FeedType, Motion, Move};
 use crate::units::{AxisVec, Position, AXES};
 
-/// Most segments one block can finish: a C-spline's whole window, and the block itself.
-const CAPACITY: usize = super::cubic::WINDOW + 4;
+/// Most segments that are made at a time: the last two cubics of an A-spline, each in three parts.
+const CAPACITY: usize = 6;
 
 /// A programmed point with what its block said about it.
 #[derive(Clone, Copy, Debug, PartialEq)]

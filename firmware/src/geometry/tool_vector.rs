@@ -10,12 +10,13 @@
 
 use super::error::GeometryErrorKind;
 use crate::config::{Config, Head};
-use crate::units::AXES;
+use crate::units::{Nano, AXES, NANO_PER_UNIT};
 
 /// Closer to the pole than this (radian; 1e-4 degree) counts as at the pole.
 const POLE: f64 = 1.75e-6;
 
-/// Largest difference between the angles the vector asks for and those the axes have, degrees.
+/// Largest difference between the angles the vector asks for and those the axes have, degrees. Next to the pole angles
+/// are not known any better.
 pub(super) const JUMP: f64 = 0.01;
 
 /// Vectors shorter than this part of the longest one of the span have no direction.
@@ -89,6 +90,40 @@ impl HeadAxes {
             _ => [-y, x],
         }
     }
+}
+
+/// `target` with its rotary axes where they are once the tool has been led from where it points at `from` straight to
+/// the direction from `target` to `point`. Positions in 1e-6 mm or degree, machine coordinates.
+///
+/// These are the angles at which a B-spline through these points leaves the axes, unless its curve and its polygon pass
+/// the pole on different sides. `None` without a head or a direction, or where the axes would have to jump.
+pub(crate) fn led(
+    config: &Config,
+    from: &[Nano; AXES],
+    target: &[Nano; AXES],
+    point: &[Nano; 3],
+) -> Option<[Nano; AXES]> {
+    const UNIT: f64 = NANO_PER_UNIT as f64;
+    let head = HeadAxes::new(config).ok()?;
+    let axes = [head.tilt, head.turn];
+    let now = axes.map(|axis| from[axis] as f64 / UNIT);
+    let mut vector = [0.0; 3];
+    for ((value, axis), to) in vector.iter_mut().zip(head.linear).zip(point) {
+        *value = to.checked_sub(target[axis])? as f64 / UNIT;
+    }
+    let length = libm::sqrt(vector.iter().map(|x| x * x).sum());
+    let shown = head.vector(now[0], now[1]).map(|x| x * length);
+    let part = |part: f64| -> [f64; 3] {
+        core::array::from_fn(|k| shown[k] + part * (vector[k] - shown[k]))
+    };
+    let vectors = [shown, part(1.0 / 3.0), part(2.0 / 3.0), vector];
+    let by = ToolSpan::new(&head, &vectors, now).ok()?.at(1.0)?.offset;
+    let mut out = *target;
+    for ((axis, now), by) in axes.into_iter().zip(now).zip(by) {
+        // Within a few turns.
+        out[axis] = libm::round((now + by) * UNIT) as Nano;
+    }
+    Some(out)
 }
 
 /// Angles and their slopes by t, degrees: tilt, turn.

@@ -71,8 +71,8 @@ impl TravelBounds {
             let (b, c) = (3.0 * delta - 2.0 * t0 - t1, t0 + t1 - 2.0 * delta);
             let room = |u: f32| {
                 let moved = u * (t0 + u * (b + u * c));
-                let up = (high - start).to_num::<f32>() * unit;
-                let down = (low - start).to_num::<f32>() * unit;
+                let up = high.saturating_sub(start).to_num::<f32>() * unit;
+                let down = low.saturating_sub(start).to_num::<f32>() * unit;
                 // One tenth of a micrometre of f32 rounding.
                 moved <= up + 1e-4 && moved >= down - 1e-4
             };

@@ -4,15 +4,19 @@ mod controller;
 mod servo;
 pub(crate) mod shared;
 
+use core::cell::Cell;
+
 use heapless::spsc::Queue;
 
 use crate::config::Config;
 use crate::geometry::arc::ServoSegment;
 use crate::interpolator::Piece;
-use crate::planner::{nodes::NODES, Planner};
+use crate::planner::nodes::{Nodes, NODES};
+use crate::planner::Planner;
 use crate::units::{Position, AXES};
 
 pub use controller::Controller;
+use controller::Stages;
 pub use servo::Servo;
 use shared::Shared;
 
@@ -60,8 +64,29 @@ pub struct Sample {
     pub moving: bool,
 }
 
-/// Storage shared by the two halves. Make it static on a board.
+/// A place in static storage, filled once at start.
+///
+/// `Cell` hides the spare bit patterns of `T`, so an empty place is all zeros whatever `T` is and takes no flash; filled
+/// where it lies, a stage does not travel over the stack.
+pub(crate) struct Place<T>(Option<Cell<T>>);
+
+impl<T> Place<T> {
+    /// Nothing in it.
+    pub const fn empty() -> Self {
+        Self(None)
+    }
+
+    /// Puts what `make` gives into the place. Never inlined: the frames of several would add up.
+    #[inline(never)]
+    pub fn fill(&mut self, make: impl FnOnce() -> T) -> &mut T {
+        self.0.insert(Cell::new(make())).get_mut()
+    }
+}
+
+/// Storage of the two halves. Make it static on a board.
 pub struct Core {
+    stages: Stages,
+    nodes: Place<Nodes>,
     segments: Queue<ServoSegment, NODES>,
     pieces: Queue<Piece, PIECES>,
     shared: Shared,
@@ -72,6 +97,8 @@ impl Core {
     #[must_use]
     pub const fn new() -> Self {
         Self {
+            stages: Stages::empty(),
+            nodes: Place::empty(),
             segments: Queue::new(),
             pieces: Queue::new(),
             shared: Shared::new(),
@@ -82,9 +109,10 @@ impl Core {
     pub fn split<'a>(&'a mut self, config: &'a Config) -> (Controller<'a>, Servo<'a>) {
         let (segments_in, segments_out) = self.segments.split();
         let (pieces_in, pieces_out) = self.pieces.split();
-        let planner = Planner::new(segments_in, pieces_in, &self.shared);
+        let nodes = self.nodes.fill(Nodes::new);
+        let planner = Planner::new(segments_in, pieces_in, &self.shared, nodes);
         (
-            Controller::new(config, planner, &self.shared),
+            Controller::new(config, planner, &self.shared, &mut self.stages),
             Servo::new(segments_out, pieces_out, &self.shared, config),
         )
     }

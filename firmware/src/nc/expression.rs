@@ -397,6 +397,14 @@ impl<'a> Reader<'a> {
     }
 }
 
+/// Names of the functions.
+#[cfg(not(target_os = "none"))]
+pub(super) fn function_names() -> impl Iterator<Item = &'static str> {
+    FUNCTIONS
+        .iter()
+        .filter_map(|(name, _)| core::str::from_utf8(name).ok())
+}
+
 /// Bytes from `at` on that satisfy `wanted`.
 fn run(text: &[u8], at: usize, wanted: fn(u8) -> bool) -> usize {
     let rest = text.get(at..).unwrap_or(&[]);

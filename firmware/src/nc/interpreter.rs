@@ -208,6 +208,18 @@ impl Interpreter {
         self.heidenhain.forget();
     }
 
+    /// True while something that was read waits for lines to come: what [`Interpreter::flush`] would refuse.
+    #[must_use]
+    pub fn is_open(&self) -> bool {
+        // of a copy: asking ends nothing
+        let mut nurbs = self.nurbs;
+        self.search.is_some()
+            || self.pending.is_some()
+            || self.polynomial != 0
+            || self.heidenhain.is_open()
+            || nurbs.end().is_err()
+    }
+
     /// Number of the last line taken, 1-based; 0 before the first.
     #[must_use]
     pub fn line_number(&self) -> u32 {
@@ -298,7 +310,11 @@ impl Interpreter {
             Mode::Linear => {}
             Mode::Rapid => motion.motion = Motion::Rapid,
             Mode::Spline(kind) => {
-                motion.motion = Motion::Spline(spline(config, block, &frame, kind)?);
+                let spec = spline(config, block, &frame, kind)?;
+                motion.motion = Motion::Spline(spec);
+                if let Some(point) = &spec.tool_point {
+                    self.lead_tool(config, block, &mut motion, point)?;
+                }
             }
             Mode::Arc(clockwise) => {
                 let arc = arc(config, block, &frame, &self.position, &target, clockwise)?;
@@ -315,7 +331,7 @@ impl Interpreter {
         block.modal.first = false;
         self.commit(block, mounted, emit);
         self.applied = motion.cutter.side;
-        self.position = target;
+        self.position = motion.target;
         emit(Command::Move(motion));
         self.finish(config, block.misc, emit)
     }
@@ -521,7 +537,12 @@ impl Interpreter {
 
     /// Feed in mm/s, or degree/s if no linear axis moves; blocks per second under `G93`.
     #[inline]
-    fn feed(&self, config: &Config, block: &Block, target: &[Nano; AXES]) -> Result<f32, Fault> {
+    pub(super) fn feed(
+        &self,
+        config: &Config,
+        block: &Block,
+        target: &[Nano; AXES],
+    ) -> Result<f32, Fault> {
         let mut linear = false;
         let mut rotary = false;
         for (axis, (from, to)) in config.axes.iter().zip(self.position.iter().zip(target)) {

@@ -75,6 +75,8 @@ mod table;
 mod tests;
 mod tools;
 mod values;
+#[cfg(not(target_os = "none"))]
+mod vocabulary;
 
 pub use command::{
     Auxiliary, BoundaryCondition, Command, CubicBlock, Motion, Move, SplineKind, SplineSpec,
@@ -84,3 +86,5 @@ pub use interpreter::Interpreter;
 pub use lexer::LINE_MAX;
 pub use modal::Tool;
 pub use tools::Tools;
+#[cfg(not(target_os = "none"))]
+pub use vocabulary::{vocabulary, VocabularyWord};

@@ -16,6 +16,7 @@ use super::tools::Mounted;
 use super::values::{coordinate, dwell_time, refuse, settle_feed, settle_speed};
 use crate::catalogue::nc as message;
 use crate::config::Config;
+use crate::geometry::tool_vector::led;
 use crate::units::Nano;
 
 /// Largest tool number of `G10`.
@@ -185,6 +186,23 @@ impl Interpreter {
             cutter: Cutter::OFF,
         }));
         self.finish(config, block.misc, emit)
+    }
+
+    /// `XH YH ZH`: the rotary axes go along, so that blocks behind the spline find them where it has left them.
+    #[cold]
+    pub(super) fn lead_tool(
+        &self,
+        config: &Config,
+        block: &Block,
+        motion: &mut Move,
+        point: &[Nano; 3],
+    ) -> Result<(), Fault> {
+        // what cannot be followed is refused with the curve
+        if let Some(target) = led(config, &self.position, &motion.target, point) {
+            motion.target = target;
+            motion.feed = self.feed(config, block, &target)?;
+        }
+        Ok(())
     }
 
     /// Coefficients of a `POLY` block wait: only more of them or the end point may come.

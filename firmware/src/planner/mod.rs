@@ -60,7 +60,7 @@ pub struct Planner<'a> {
     segments: Producer<'a, ServoSegment>,
     pieces: Producer<'a, Piece>,
     shared: &'a Shared,
-    nodes: Nodes,
+    nodes: &'a mut Nodes,
     /// Running number of the oldest node.
     first: u32,
     /// Node the planned state is in.
@@ -78,12 +78,13 @@ impl<'a> Planner<'a> {
         segments: Producer<'a, ServoSegment>,
         pieces: Producer<'a, Piece>,
         shared: &'a Shared,
+        nodes: &'a mut Nodes,
     ) -> Self {
         Self {
             segments,
             pieces,
             shared,
-            nodes: Nodes::new(),
+            nodes,
             first: 0,
             cursor: 0,
             pending: None,
@@ -287,7 +288,7 @@ impl<'a> Planner<'a> {
             return false;
         }
         let view = View {
-            nodes: &self.nodes,
+            nodes: self.nodes,
             cursor: self.cursor,
             state: self.state,
             hz: config.servo_hz as f32,
@@ -393,7 +394,7 @@ impl<'a> Planner<'a> {
 
     fn escape(&self, config: &Config) -> [(i64, u32); 3] {
         let view = View {
-            nodes: &self.nodes,
+            nodes: self.nodes,
             cursor: self.cursor,
             state: self.state,
             hz: config.servo_hz as f32,

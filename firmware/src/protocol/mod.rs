@@ -56,6 +56,8 @@ pub fn is_realtime(byte: u8) -> bool {
 pub struct Wire {
     receive: Deque<u8, RECEIVE_SIZE>,
     lines: usize,
+    /// The byte before was `\r`.
+    returned: bool,
     transmit: Deque<u8, TRANSMIT_SIZE>,
 }
 
@@ -66,6 +68,7 @@ impl Wire {
         Self {
             receive: Deque::new(),
             lines: 0,
+            returned: false,
             transmit: Deque::new(),
         }
     }
@@ -84,7 +87,12 @@ impl Wire {
 
     /// Stores one byte of text. A byte that does not fit is lost, as on any serial line; a sender that counts
     /// characters never gets there.
+    ///
+    /// `\r\n` is one end: the `\n` is dropped here, so that no empty line is answered or counted.
     pub fn receive(&mut self, byte: u8) {
+        if core::mem::replace(&mut self.returned, byte == b'\r') && byte == b'\n' {
+            return;
+        }
         // Without room for its end a line would block the buffer for good: the last place is kept for one.
         let end = byte == b'\n' || byte == b'\r';
         if self.free() > 1 || (end && self.free() == 1) {
@@ -102,8 +110,6 @@ impl Wire {
     }
 
     /// Takes the next whole line, without its end. A line over [`LINE_MAX`] keeps its front only.
-    ///
-    /// `\r\n` counts as one end; the empty line between them is dropped here so that it is not answered.
     pub fn take_line(&mut self) -> Option<heapless::Vec<u8, LINE_MAX>> {
         if self.lines == 0 {
             return None;
@@ -124,6 +130,7 @@ impl Wire {
     pub fn clear(&mut self) {
         self.receive.clear();
         self.lines = 0;
+        self.returned = false;
     }
 
     /// Next byte to send.
@@ -173,5 +180,24 @@ mod tests {
         assert_eq!(wire.take_line().map(|l| l.len()), Some(LINE_MAX));
         assert_eq!(wire.free(), RECEIVE_SIZE);
         assert_eq!(wire.take_line(), None);
+    }
+
+    #[test]
+    fn a_line_ends_once_whatever_ends_it() {
+        for (text, lines) in [
+            ("a\nb\n", 2),
+            ("a\r\nb\r\n", 2),
+            ("a\rb\r", 2),
+            ("\r\n\r\n", 2),
+            ("\n\n", 2),
+            ("\r\r", 2),
+            ("a\n\rb\n", 3),
+        ] {
+            let mut wire = Wire::new();
+            text.bytes().for_each(|byte| wire.receive(byte));
+            let taken = core::iter::from_fn(|| wire.take_line()).count();
+            assert_eq!(taken, lines, "{text:?}");
+            assert_eq!(wire.free(), RECEIVE_SIZE);
+        }
     }
 }

@@ -70,10 +70,7 @@ fn thesis(args: &ThesisArgs) -> Result<Exit, Failure> {
         write(path, &text)?;
     }
     if let Some(path) = &args.report {
-        write(
-            path,
-            &page::html(&rows, machine.config.name, study::COMPENSATION),
-        )?;
+        write(path, &page::html(&rows, machine.config.name))?;
     }
     Ok(Exit::Success)
 }

@@ -10,6 +10,9 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 /// Arc length of the whole contour as the thesis prints it (section 2.1.3), mm.
 pub const PRINTED_LENGTH_MM: f64 = 136.1895;
 
+/// Radius of curvature where the contour is hollow and tightest, 25.5 degrees off each half axis, mm.
+pub const HOLLOW_MM: f64 = 2.3314;
+
 /// Angles of the control points 1 to 11 (Table 3.10.1), degrees.
 pub const CONTROL_DEGREES: [f64; 11] = [
     90.0, 100.5, 107.5, 115.0, 127.5, 135.0, 147.5, 155.0, 167.5, 172.0, 180.0,
@@ -128,6 +131,23 @@ pub fn controls() -> [Control; 11] {
 mod tests {
     use super::*;
     use std::f64::consts::TAU;
+
+    #[test]
+    fn the_tightest_hollow_has_the_stated_radius() {
+        // Radius of the circle through three points of the contour, 1e-3 radians apart.
+        let radius_at = |theta: f64| {
+            let [a, b, c] = [-1e-3, 0.0, 1e-3].map(|off| point(theta + off));
+            let side = |p: [f64; 2], q: [f64; 2]| (p[0] - q[0]).hypot(p[1] - q[1]);
+            let twice_area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
+            side(a, b) * side(b, c) * side(c, a) / (2.0 * twice_area)
+        };
+        let hollows = (0..36_000).map(|i| radius_at((f64::from(i) / 100.0).to_radians()));
+        // Clockwise circles are hollows of a contour that runs counter-clockwise.
+        let tightest = hollows
+            .filter(|&radius| radius < 0.0)
+            .fold(f64::NEG_INFINITY, f64::max);
+        assert!((tightest + HOLLOW_MM).abs() < 1e-4, "{tightest}");
+    }
 
     #[test]
     fn the_contour_has_the_printed_length_and_control_points() {

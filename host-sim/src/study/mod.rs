@@ -28,15 +28,9 @@ use crate::machine_file::Machine;
 use contour::Control;
 use curve::Programmed;
 use knots::{KnotSet, FINISHING};
-use programs::{Job, Leads, Method, METHODS, TOOL, TOOL_RADIUS_MM};
+use programs::{Job, Method, METHODS, TOOL, TOOL_RADIUS_MM};
 use scratch::Scratch;
 use thesis::{Printed, Verdict, FLOOR_MM};
-
-/// Whether the programs run with `G42`. Without it the cutter is a point that follows the contour itself.
-pub const COMPENSATION: bool = true;
-
-/// Material the compensation may leave where a contour is tighter than the cutter, mm: any amount.
-const LEAVE_MM: f32 = 1000.0;
 
 /// Errors at the eleven control points, mm: measured less theoretical coordinate.
 pub type Errors = [f64; 11];
@@ -60,8 +54,6 @@ pub struct Row {
     pub time_s: f64,
     /// Smallest feed of the cutter's centre over the middle turn, mm/min.
     pub min_feed_mm_min: f64,
-    /// Which form of the program ran.
-    pub leads: Leads,
     /// Size of the sub-program, bytes.
     pub file_bytes: usize,
     /// What the thesis prints.
@@ -103,7 +95,7 @@ pub fn write_programs(folder: &Path) -> Result<usize, Failure> {
 /// Measures the 24 finishing programs on `machine`, in the order of Tables 3.14.1 and 3.14.2, on `threads` threads;
 /// `done` is told after each one.
 ///
-/// A machine without the tool gets it; the contour check of the compensation is left to the measuring.
+/// The programs run as printed. A machine without the tool gets it.
 ///
 /// # Errors
 /// Exit code 2 for a machine without axes X and Y, 3 if a program is refused, 4 if one does not end, 5 if the programs
@@ -192,34 +184,20 @@ impl Bench {
         };
         // The contour is measured about the machine's own zero.
         config.zero_offsets = Default::default();
-        // What the cutter leaves is the result here, not a mistake.
-        config.contour_tolerance = LEAVE_MM;
         Ok(Self {
             machine,
             plane,
-            tool_radius: if COMPENSATION { radius } else { 0.0 },
+            tool_radius: radius,
             controls: contour::controls(),
         })
     }
 
     fn measure(&self, scratch: &Scratch, method: Method, set: KnotSet) -> Result<Row, Failure> {
-        let job = programs::finishing(method, &set, Leads::Printed);
+        let job = programs::finishing(method, &set);
         let file_bytes = job.subs.iter().map(|file| file.text.len()).sum();
         let bare = scratch.load(&uncompensated(&job))?;
         let programmed = Programmed::of(&self.machine.config, self.plane, &bare)?;
-        let simulate = |program| simulate::run(&self.machine, self.plane, program);
-        let (run, leads) = if COMPENSATION {
-            match simulate(&scratch.load(&job)?) {
-                Ok(run) => (run, Leads::Printed),
-                Err(failure) if failure.exit == Exit::Program && method != Method::Linear => {
-                    let straight = programs::finishing(method, &set, Leads::Straight);
-                    (simulate(&scratch.load(&straight)?)?, Leads::Straight)
-                }
-                Err(failure) => return Err(failure),
-            }
-        } else {
-            (simulate(&bare)?, Leads::Printed)
-        };
+        let run = simulate::run(&self.machine, self.plane, &scratch.load(&job)?)?;
         let errors = |what: &str, crossing: &dyn Fn(&Control) -> Option<f64>| {
             let mut errors = [0.0; 11];
             for (error, control) in errors.iter_mut().zip(&self.controls) {
@@ -249,15 +227,15 @@ impl Bench {
             by_degree: programmed.error_by_degree(),
             time_s: run.time_s,
             min_feed_mm_min: run.min_feed_mm_min,
-            leads,
             file_bytes,
             printed,
         })
     }
 }
 
-/// `job` without its `G42` and `G40` blocks.
-fn uncompensated(job: &Job) -> Job {
+/// `job` without its `G42` and `G40` blocks: its path is the programmed curve.
+#[must_use]
+pub fn uncompensated(job: &Job) -> Job {
     let mut bare = job.clone();
     let kept = |line: &&str| !line.ends_with(" G42") && !line.ends_with(" G40");
     let mut lines: Vec<&str> = job.main.text.lines().filter(kept).collect();

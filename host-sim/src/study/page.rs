@@ -4,9 +4,9 @@
 
 use std::fmt::Write as _;
 
-use super::contour::CONTROL_DEGREES;
+use super::contour::{CONTROL_DEGREES, HOLLOW_MM};
 use super::knots::{Distribution, KnotSet, FINISHING};
-use super::programs::{Leads, Method, METHODS};
+use super::programs::{Method, METHODS, TOOL_RADIUS_MM};
 use super::table::{agreeing, feed_text};
 use super::thesis::{Verdict, FLOOR_MM, LIMIT_MM, SIZES_KB};
 use super::{mae, Row};
@@ -31,9 +31,9 @@ const RING: f64 = 78.0;
 /// Units of the drawing the largest error of a chart takes.
 const SWING: f64 = 48.0;
 
-/// The whole page; `machine` is the name of the machine, `compensated` tells whether the programs ran with `G42`.
+/// The whole page; `machine` is the name of the machine.
 #[must_use]
-pub fn html(rows: &[Row], machine: &str, compensated: bool) -> String {
+pub fn html(rows: &[Row], machine: &str) -> String {
     let mut out = String::with_capacity(200_000);
     // Writing to a string does not fail: results are dropped throughout.
     let _ = write!(
@@ -47,11 +47,6 @@ pub fn html(rows: &[Row], machine: &str, compensated: bool) -> String {
         escaped(machine),
         facts(rows),
     );
-    if !compensated {
-        out.push_str(
-            "<p class=\"warning\">The programs ran without cutter compensation: the edge is the path itself.</p>\n",
-        );
-    }
     out.push_str(&suitability(rows, Distribution::Polar));
     out.push_str(&suitability(rows, Distribution::Equidistant));
     out.push_str(&charts(rows));
@@ -320,19 +315,6 @@ fn findings(rows: &[Row]) -> String {
         [] => "none".to_owned(),
         some => some.join("; "),
     };
-    let straight = rows
-        .iter()
-        .filter(|row| row.leads == Leads::Straight)
-        .count();
-    let leads = if straight == 0 {
-        "All programs ran as printed.".to_owned()
-    } else {
-        format!(
-            "{straight} of the programs ran with straight leads (BNAT ENAT, approach as in the printed linear program): on the \
-             printed ones the spline turns by 150&deg; at the first lead knot, or into the way home, tighter than the cutter, \
-             and the compensation refuses that. The middle turn is the same."
-        )
-    };
     let suitable = rows
         .iter()
         .filter(|row| row.verdict() == Verdict::Ok)
@@ -342,21 +324,61 @@ fn findings(rows: &[Row]) -> String {
          <p><b>Agrees.</b> {} of {} verdicts, {suitable} of them suitable; the order of the methods on coarse knots; the \
          growth of the error with the spacing. The printed errors are the geometric ones plus a floor of about {FLOOR_MM} mm, \
          which is the microscope, the clamping and the reader (section 3.12.5): where the geometry errs by less than a \
-         micrometre, the printed errors are all the same.</p>\n\
+         micrometre, the printed errors are all the same. All programs run as printed, G42 with the printed leads.</p>\n\
          <p><b>Differs.</b> {listed}. The 24th row, polar 360 B-spline, is printed with 0.099 mm; knots one degree apart leave a \
-         B-spline less than 0.01 mm from the contour, so that value has no geometric cause. Times of A-spline and \
-         linear programs are longer here the denser the knots: every corner of a polygon stops the machine (corner step 0 in \
-         the machine file), and every jump of curvature of an A-spline slows it under SOFT. On polar 72 the cutter, \
+         B-spline less than 0.01 mm from the contour, so that value has no geometric cause. On polar 72 the cutter, \
          outside, does not reach into the inner corners of the polygon, two of which are control points: the machined column \
-         shows it, the geometry column cannot.</p>\n\
+         shows it, the geometry column cannot.</p>\n{}\
          <p><b>The contour.</b> Equations (30) and (31) print cos 6&theta; cos 4&theta;. The arc-length integral (33), the length \
          136.1895 mm, the control points and every listing belong to cos 2&theta; cos 6&theta;, which is used here.</p>\n\
          <p><b>Weights.</b> PW=3 at every point does not pull the B-spline to its points: equal weights cancel in a rational \
          spline, and the curve is that of weight 1.</p>\n\
          <p><b>Assumed.</b> Lead knots climb in proportion to their distance from the first point of the turn to \
          X13.856 Y-8.000 Z0.500, as the one printed lead knot does; the closing knot of a turn is the first of the next; \
-         drives as in the machine file; the compensation may leave any amount of material in corners. {leads}</p></section>\n",
+         drives, corner step and the material the compensation may leave as in the machine file.</p></section>\n",
         agreeing(rows),
         rows.len(),
+        longer(rows),
+    )
+}
+
+/// Why the times and the smallest feeds are not the printed ones, with the numbers of this run.
+fn longer(rows: &[Row]) -> String {
+    let of = |method: Method| {
+        let times = rows
+            .iter()
+            .filter(move |row| row.method == method)
+            .map(|row| (row.time_s, row.printed.time_s));
+        let (mut ours, mut printed) = ([f64::INFINITY, 0.0_f64], [f64::INFINITY, 0.0_f64]);
+        for (time, print) in times {
+            ours = [ours[0].min(time), ours[1].max(time)];
+            printed = [printed[0].min(print), printed[1].max(print)];
+        }
+        format!(
+            "{} {:.1} to {:.1} s, printed {:.1} to {:.1} s",
+            method.title(),
+            ours[0],
+            ours[1],
+            printed[0],
+            printed[1],
+        )
+    };
+    let stopped = rows.iter().filter(|row| row.min_feed_mm_min < 1.0).count();
+    format!(
+        "<p><b>Takes longer.</b> {}; {}; {}; {}. The planner keeps to the programmed path with a limited jerk, and nothing \
+         is rounded: it comes to rest at every corner of a polygon (corner step 0 in the machine file) and where the \
+         curvature jumps, which an A-spline does at every knot. Under G64 the 840D rounds such places off within tolerances of \
+         its own. B- and C-splines have no such jumps, and their times are near the printed ones.</p>\n\
+         <p><b>Stops.</b> In {stopped} of {} programs the smallest feed of the middle turn is 0. Eight times per turn the contour \
+         is hollow with a radius of {:.2} mm, {:.2} mm more than the cutter: the centre runs around it on that little rest, \
+         where every wave of the curvature is enlarged about fifty times, or the cutter does not reach at all and its \
+         path has a corner. The printed feeds were read off a display.</p>\n",
+        of(Method::A),
+        of(Method::Linear),
+        of(Method::B),
+        of(Method::C),
+        rows.len(),
+        HOLLOW_MM,
+        HOLLOW_MM - TOOL_RADIUS_MM,
     )
 }

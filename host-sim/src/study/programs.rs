@@ -129,33 +129,12 @@ fn knot_file(stem: &str, method: Method, knots: &[Knot]) -> File {
 /// Blocks all main programs begin with.
 const HEAD: [&str; 6] = ["G54", "T=\"FR_4\"", "M6", "G64", "SOFT", "M3 S17000 M8"];
 
-/// How a finishing program comes to the first lead knot.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Leads {
-    /// As Table 2.3.3.3 prints it: the spline begins at `X37`, turns by 150 degrees at the first lead knot with the cutter on
-    /// the inside, and ends tangent to the way home.
-    Printed,
-    /// Straight to the first lead knot, as the printed linear program does; the spline begins there and ends free
-    /// (`BNAT ENAT`). For a compensation that refuses a turn tighter than the cutter.
-    Straight,
-}
-
-impl Leads {
-    /// The word of the JSON file.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Printed => "printed",
-            Self::Straight => "straight",
-        }
-    }
-}
-
-/// Finishing program of `method` on `set` (Table 2.3.3.3).
+/// Finishing program of `method` on `set` (Table 2.3.3.3). A spline begins at `X37`, turns by 150 degrees at the first lead
+/// knot with the cutter on the inside, and ends tangent to the way home.
 ///
 /// The printed names are those of the equidistant sub-programs (`EKVI_POSTUPNE_45`); the polar ones follow them.
 #[must_use]
-pub fn finishing(method: Method, set: &KnotSet, leads: Leads) -> Job {
+pub fn finishing(method: Method, set: &KnotSet) -> Job {
     let family = match set.distribution {
         Distribution::Polar => "POLAR",
         Distribution::Equidistant => "EKVI",
@@ -163,19 +142,11 @@ pub fn finishing(method: Method, set: &KnotSet, leads: Leads) -> Job {
     let stem = format!("{family}_POSTUPNE{}{}", method.infix(), set.parameter);
     let mut blocks: Vec<&str> = HEAD.to_vec();
     blocks.extend(["G1 Z10 F1530", "M0", "G4 F2", "G42"]);
-    if method == Method::Linear || leads == Leads::Straight {
-        blocks.extend(["G1 X37 Y-15", "G1 X13.856  Y-8.000  Z0.500"]);
-    }
-    blocks.extend(match (method, leads) {
-        (Method::Linear, _) => &[][..],
-        (Method::A, Leads::Straight) => &["BNAT ENAT", "ASPLINE"],
-        (Method::B, Leads::Straight) => &["BSPLINE"],
-        (Method::C, Leads::Straight) => &["BNAT ENAT", "CSPLINE"],
-        (Method::A, Leads::Printed) => {
-            &["G1 X37", "BTAN ETAN", "ASPLINE", "X13.856  Y-8.000  Z0.500"]
-        }
-        (Method::B, Leads::Printed) => &["G1 X37", "BSPLINE", "X13.856  Y-8.000  Z0.500  PW=3"],
-        (Method::C, Leads::Printed) => &[
+    blocks.extend(match method {
+        Method::Linear => &["G1 X37 Y-15", "G1 X13.856  Y-8.000  Z0.500"][..],
+        Method::A => &["G1 X37", "BTAN ETAN", "ASPLINE", "X13.856  Y-8.000  Z0.500"],
+        Method::B => &["G1 X37", "BSPLINE", "X13.856  Y-8.000  Z0.500  PW=3"],
+        Method::C => &[
             "G1 X40",
             "G1 X37",
             "BTAN ETAN",
@@ -246,7 +217,7 @@ pub fn roughing_job(method: Method, degrees: u32) -> Job {
 pub fn all() -> Vec<Job> {
     let finishing = super::knots::FINISHING
         .iter()
-        .flat_map(|set| METHODS.map(|method| finishing(method, set, Leads::Printed)));
+        .flat_map(|set| METHODS.map(|method| finishing(method, set)));
     let roughing = ROUGHING_DEGREES
         .iter()
         .flat_map(|&degrees| METHODS.map(|method| roughing_job(method, degrees)));
@@ -284,7 +255,7 @@ mod tests {
         ];
         let head = "N10 G54\nN20 T=\"FR_4\"\nN30 M6\nN40 G64\nN50 SOFT\nN60 M3 S17000 M8\nN70 G1 Z10 F1530\nN80 M0\nN90 G4 F2\n";
         for (method, tail) in printed {
-            let job = finishing(method, &FINISHING[4], Leads::Printed);
+            let job = finishing(method, &FINISHING[4]);
             assert_eq!(tidy(&job.main.text), tidy(&format!("{head}{tail}")));
         }
         // The printed C-spline program squeezes N115 in between N110 and N120: the blocks agree, not the numbers.
@@ -293,7 +264,7 @@ mod tests {
             tidy(text).iter().map(without).collect()
         };
         let tail = "N100 G42\nN110 G1 X40\nN115 G1 X37\nN120 BTAN ETAN\nN130 CSPLINE\nN140 X13.856 Y-8.000 Z0.500\nN150 EKVI_POSTUPNE_45\nN160 G40\nN170 G1 X30 Y30 F700\nN180 G1 Z10 F5000\nN190 Y100\nN200 M5\nN210 M30";
-        let job = finishing(Method::C, &FINISHING[4], Leads::Printed);
+        let job = finishing(Method::C, &FINISHING[4]);
         assert_eq!(blocks(&job.main.text), blocks(&format!("{head}{tail}")));
     }
 
@@ -301,7 +272,7 @@ mod tests {
     fn knot_lines_are_the_printed_ones() {
         // Table 2.3.2.2, where the blocks count from the first knot of the turn; N40 here because of three lead knots.
         let line = |method, n: usize| {
-            let job = finishing(method, &FINISHING[1], Leads::Printed);
+            let job = finishing(method, &FINISHING[1]);
             assert_eq!(job.subs.len(), 1);
             tidy(&job.subs[0].text)[n].clone()
         };

@@ -6,7 +6,6 @@ use std::fmt::Write as _;
 
 use serde::Serialize;
 
-use super::programs::Leads;
 use super::thesis::Feed;
 use super::{mae, Row};
 
@@ -27,7 +26,6 @@ struct Record<'a> {
     mae_commanded_mm: f64,
     min_feed_thesis: Printed,
     file_bytes: usize,
-    leads: &'a str,
 }
 
 /// A number, the word "oscillations", or nothing.
@@ -65,7 +63,6 @@ fn record(row: &Row) -> Record<'_> {
             Feed::Value(value) => Printed::Number(value),
         },
         file_bytes: row.file_bytes,
-        leads: row.leads.name(),
     }
 }
 
@@ -119,20 +116,6 @@ pub fn text(rows: &[Row]) -> String {
     }
     let agree = agreeing(rows);
     let _ = writeln!(out, "verdicts agree in {agree} of {} rows", rows.len());
-    let straight = rows.iter().filter(|row| row.leads == Leads::Straight);
-    let names: Vec<String> = straight
-        .map(|row| {
-            let (distribution, knots) = (row.set.distribution.name(), row.set.printed_count());
-            format!("{} {distribution} {knots}", row.method.name())
-        })
-        .collect();
-    if !names.is_empty() {
-        let _ = writeln!(
-            out,
-            "straight leads, because the printed ones turn tighter than the cutter: {}",
-            names.join(", ")
-        );
-    }
     out
 }
 

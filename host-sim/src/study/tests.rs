@@ -115,7 +115,7 @@ fn the_json_file_has_24_objects_with_the_fixed_keys_first() {
         assert!(["A", "B", "C", "linear"].contains(&object["method"].as_str().unwrap()));
         assert!(["OK", "NOT"].contains(&object["verdict"].as_str().unwrap()));
     }
-    let page = page::html(rows, "<machine>", COMPENSATION);
+    let page = page::html(rows, "<machine>");
     assert!(page.contains("&lt;machine&gt;") && !page.contains("http"));
     assert_eq!(page.matches("<svg").count(), 6);
 }

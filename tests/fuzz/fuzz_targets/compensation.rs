@@ -140,7 +140,6 @@ fuzz_target!(|input: Input| {
                     feed_type: FeedType::PerTime,
                     exact_stop: stop,
                     soft: true,
-                    spline: false,
                     cutter,
                 };
                 if builder.push(&config, &block).is_err() {
@@ -184,6 +183,7 @@ fuzz_target!(|input: Input| {
                     feed: 20.0,
                     exact_stop: false,
                     soft: true,
+                    spline: true,
                     cutter,
                 };
                 stage.push(&config, &path);

@@ -54,6 +54,7 @@ enum Shape {
     },
     Polynomial {
         length: f32,
+        numerators: u8,
         coefficients: [[f32; 4]; AXES],
         denominator: Option<[f32; 5]>,
     },
@@ -120,10 +121,12 @@ fn motion(shape: &Shape, from: &[i64; AXES], scale: u32) -> Motion {
         }),
         Shape::Polynomial {
             length,
+            numerators,
             coefficients,
             denominator,
         } => Motion::Polynomial(Polynomial {
             length: f64::from(length),
+            numerators,
             coefficients: coefficients.map(|row| row.map(f64::from)),
             denominator: denominator.map_or([1.0, 0.0, 0.0, 0.0, 0.0], |row| row.map(f64::from)),
         }),

@@ -98,7 +98,7 @@ fn radius_and_plane_stay_while_compensation_is_on() {
     other.radius += 1;
     let mut plane = g41;
     plane.plane = Plane::Zx;
-    for (changed, code) in [(other, 174), (plane, 175)] {
+    for (changed, code) in [(other, 202), (plane, 202)] {
         let mut path = polyline(&[[0.0, 0.0], [10.0, 0.0], [20.0, 0.0]], g41);
         path[1].cutter = changed;
         let (_, error) = try_contour(&path);

@@ -14,3 +14,4 @@ mod rational;
 mod support;
 mod thesis;
 mod tool_vector;
+mod travel;

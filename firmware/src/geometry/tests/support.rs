@@ -20,8 +20,8 @@ pub fn config() -> Config {
         a_max: 5000.0,
         j_max: 50_000.0,
         corner_step: 0.0,
-        travel_min: -1_000_000_000,
-        travel_max: 1_000_000_000,
+        travel_min: -2_140_000_000_000,
+        travel_max: 2_140_000_000_000,
     };
     Config {
         name: "test",

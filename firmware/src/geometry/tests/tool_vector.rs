@@ -8,7 +8,8 @@ use super::support::*;
 use crate::config::{Config, Head};
 use crate::geometry::{GeometryErrorKind, PathSegment};
 use crate::nc::command::Motion;
-use crate::units::AXES;
+use crate::nc::{Command, Interpreter};
+use crate::units::{Nano, Position, AXES};
 use proptest::prelude::*;
 
 type Vector = [f64; 3];
@@ -288,4 +289,116 @@ fn the_start_without_a_block_has_the_vector_its_axes_show() {
     let nurbs = leaning(3, Head::CA, &row(4), &angles, 100.0);
     let (path, _) = drive(&config(), &nurbs.points[0], &nurbs.blocks()[1..]).unwrap();
     leads(&nurbs, Head::CA, &path, 1.5e-4);
+}
+
+/// Runs a program of both stages: segments, and where interpreter and path then stand.
+fn both_stages(
+    config: &Config,
+    program: &str,
+) -> Result<(Vec<PathSegment>, [Nano; AXES], Position), GeometryErrorKind> {
+    let mut interpreter = Interpreter::new(config);
+    let mut blocks = Vec::new();
+    for line in program.lines() {
+        let mut take = |command| {
+            if let Command::Move(motion) = command {
+                blocks.push(motion);
+            }
+        };
+        let result = interpreter.line(config, line.as_bytes(), &mut take);
+        result.unwrap_or_else(|error| panic!("{error} in\n{program}"));
+    }
+    let (path, at) = drive(config, &[0.0; AXES], &blocks).map_err(|error| error.kind)?;
+    Ok((path, interpreter.position(), at))
+}
+
+/// A spline over `angles`, from the first of them, and a straight block behind it.
+fn program(head: Head, spline: &str, angles: &[[f64; 2]]) -> String {
+    let letter = if head == Head::CB { 'B' } else { 'A' };
+    let [tilt, turn] = angles[0];
+    let mut out = format!("G0 {letter}{tilt:.6} C{turn:.6}\nF600 {spline}\n");
+    for (k, [tilt, turn]) in (1..).zip(&angles[1..]) {
+        let at = [10.0 * f64::from(k), 4.0 * f64::from(k % 3), 1.0];
+        let [x, y, z] = at;
+        let v = pointing(head, *tilt, *turn);
+        let [xh, yh, zh]: Vector = core::array::from_fn(|k| at[k] + 100.0 * v[k]);
+        out += &format!("X{x} Y{y} Z{z} XH={xh:.6} YH={yh:.6} ZH={zh:.6}\n");
+    }
+    out + "G1 X200\n"
+}
+
+/// Law: path and program agree on the angles at the end of the spline, and the block behind it leaves them alone.
+fn leaves_the_axes(head: Head, spline: &str, angles: &[[f64; 2]]) {
+    let config = with(head);
+    let (path, nano, at) = both_stages(&config, &program(head, spline, angles)).unwrap();
+    let last = path.last().unwrap().segment;
+    assert_eq!(steps(&config, &nano.map(|x| x as f64 / 1e6)), at);
+    assert_eq!(last.end, at);
+    assert_eq!(last.start[3..], last.end[3..]);
+    assert_eq!(last.slope_start[3..], [0.0; 2]);
+    let end = angles[angles.len() - 1];
+    for k in 0..2 {
+        let is = nano[3 + k] as f64 / 1e6;
+        assert!((is - end[k]).abs() < 1e-3, "{is} for {end:?}");
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(16))]
+
+    #[test]
+    fn behind_a_spline_the_axes_stay_where_it_has_left_them(
+        degree in 2_u8..=3,
+        ca: bool,
+        first in 0.0_f64..360.0,
+        lean in prop::collection::vec((15.0_f64..70.0, -40.0_f64..40.0), 4..9),
+    ) {
+        let head = if ca { Head::CA } else { Head::CB };
+        let mut turn = first - 180.0;
+        let angles: Vec<[f64; 2]> = lean
+            .iter()
+            .map(|(tilt, by)| {
+                turn += by;
+                [*tilt, turn]
+            })
+            .collect();
+        leaves_the_axes(head, &format!("BSPLINE SD={degree}"), &angles);
+    }
+}
+
+#[test]
+fn the_program_follows_the_axes_over_the_pole_and_around_it() {
+    for head in [Head::CA, Head::CB] {
+        let across = [25.0, 15.0, 5.0, -5.0, -15.0, -25.0].map(|tilt| [tilt, 30.0]);
+        leaves_the_axes(head, "BSPLINE", &across);
+        let around: Vec<_> = (0..16).map(|k| [30.0, 60.0 * f64::from(k)]).collect();
+        leaves_the_axes(head, "BSPLINE", &around);
+        let to_the_pole = [20.0, 10.0, 5.0, 0.0].map(|tilt| [tilt, -70.0]);
+        leaves_the_axes(head, "BSPLINE SD=2", &to_the_pole);
+        leaves_the_axes(head, "BSPLINE", &[[0.0, 33.0]; 5]);
+        let negative = [[-20.0, 10.0], [-25.0, 20.0], [-30.0, 30.0], [-20.0, 40.0]];
+        leaves_the_axes(head, "BSPLINE", &negative);
+    }
+}
+
+#[test]
+fn a_curve_that_passes_the_pole_on_the_other_side_than_its_points_is_refused() {
+    // straight over the pole, and then aside: the polygon changes the sign of the tilt, the curve goes around
+    let angles = [[10.0, 0.0], [-10.0, 0.0], [14.0, 135.0]];
+    let program = program(Head::CA, "BSPLINE SD=2", &angles);
+    assert_eq!(
+        both_stages(&with(Head::CA), &program).map(|_| ()),
+        Err(GeometryErrorKind::ToolJump)
+    );
+}
+
+#[test]
+fn a_turn_of_the_tool_alone_is_fed_in_degrees() {
+    let config = with(Head::CA);
+    let program =
+        "G0 A10 C0\nF600 BSPLINE X0 XH=0 YH=-30 ZH=100\nX0 XH=0 YH=-40 ZH=100\nX0 XH0 YH-50 ZH100";
+    let (path, ..) = both_stages(&config, program).unwrap();
+    assert!(
+        path.iter().skip(1).all(|path| path.feed == 10.0),
+        "{path:?}"
+    );
 }

@@ -52,10 +52,16 @@ impl Controller<'_> {
 
     /// Nothing that was read still waits to be driven.
     fn is_between_programs(&self) -> bool {
-        self.standstill.is_none() && !self.builder.is_open() && !self.compensator.has_pending()
+        self.standstill.is_none()
+            && !self.interpreter.is_open()
+            && !self.builder.is_open()
+            && !self.compensator.has_pending()
     }
 
     fn answer_error(&mut self, message: Message) {
-        self.say(format_args!("error:{}\r\n", message.code));
+        self.say(format_args!(
+            "[MSG:{}]\r\nerror:{}\r\n",
+            message.text, message.code
+        ));
     }
 }

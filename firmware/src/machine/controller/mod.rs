@@ -14,7 +14,7 @@ use heapless::Deque;
 use micromath::F32;
 
 use super::shared::Shared;
-use super::{Event, State};
+use super::{Event, Place, State};
 use crate::catalogue::machine as message;
 use crate::compensation::{Compensator, Output};
 use crate::config::Config;
@@ -48,20 +48,41 @@ enum Reset {
     Draining,
 }
 
+/// What of the background half is too large for the stack; lies in [`super::Core`].
+pub(super) struct Stages {
+    splitter: Place<ArcSplitter>,
+    compensator: Place<Compensator>,
+    builder: Place<SegmentBuilder>,
+    interpreter: Place<Interpreter>,
+    commands: Place<Deque<Command, COMMANDS>>,
+}
+
+impl Stages {
+    pub(super) const fn empty() -> Self {
+        Self {
+            splitter: Place::empty(),
+            compensator: Place::empty(),
+            builder: Place::empty(),
+            interpreter: Place::empty(),
+            commands: Place::empty(),
+        }
+    }
+}
+
 /// Background half of the machine.
 pub struct Controller<'a> {
     config: &'a Config,
     shared: &'a Shared,
     planner: Planner<'a>,
-    splitter: ArcSplitter,
+    splitter: &'a mut ArcSplitter,
     order: SegmentOrder,
     /// Text line of the curve in the splitter.
     splitting: u32,
     travel: TravelBounds,
-    compensator: Compensator,
-    builder: SegmentBuilder,
-    interpreter: Interpreter,
-    commands: Deque<Command, COMMANDS>,
+    compensator: &'a mut Compensator,
+    builder: &'a mut SegmentBuilder,
+    interpreter: &'a mut Interpreter,
+    commands: &'a mut Deque<Command, COMMANDS>,
     /// A command that acts where the path now ends, and what it waits for.
     standstill: Option<(Command, Wait)>,
     /// A line has been taken and not yet answered.
@@ -81,13 +102,18 @@ pub struct Controller<'a> {
 }
 
 impl<'a> Controller<'a> {
-    pub(super) fn new(config: &'a Config, planner: Planner<'a>, shared: &'a Shared) -> Self {
+    pub(super) fn new(
+        config: &'a Config,
+        planner: Planner<'a>,
+        shared: &'a Shared,
+        stages: &'a mut Stages,
+    ) -> Self {
         let origin = [Steps::ZERO; AXES];
         Self {
             config,
             shared,
             planner,
-            splitter: ArcSplitter::new(),
+            splitter: stages.splitter.fill(ArcSplitter::new),
             order: SegmentOrder {
                 feed: 0.0,
                 exact_stop: false,
@@ -95,10 +121,10 @@ impl<'a> Controller<'a> {
             },
             splitting: 0,
             travel: TravelBounds::new(config),
-            compensator: Compensator::new(),
-            builder: SegmentBuilder::new(config, origin),
-            interpreter: Interpreter::new(config),
-            commands: Deque::new(),
+            compensator: stages.compensator.fill(Compensator::new),
+            builder: stages.builder.fill(|| SegmentBuilder::new(config, origin)),
+            interpreter: stages.interpreter.fill(|| Interpreter::new(config)),
+            commands: stages.commands.fill(Deque::new),
             standstill: None,
             answer_due: false,
             wire: Wire::new(),
@@ -464,7 +490,7 @@ impl<'a> Controller<'a> {
                 self.latch();
             }
             Ok(()) if overflow => {
-                self.refuse(self.interpreter.line_number(), message::COMMANDS, &[]);
+                self.refuse(self.interpreter.line_number(), message::INTERNAL, &[]);
             }
             Ok(()) => self.answer_due = true,
         }

@@ -40,7 +40,7 @@ impl Controller<'_> {
 
     pub(super) fn refuse_curve(&mut self, line: u32, error: ArcError) {
         let message = match error {
-            ArcError::Cusp => message::CUSP,
+            ArcError::Cusp => message::INTERNAL,
             ArcError::Range => message::RANGE,
         };
         self.refuse(line, message, &[]);

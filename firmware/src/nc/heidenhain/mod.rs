@@ -111,6 +111,11 @@ impl Heidenhain {
         };
     }
 
+    /// True while an `SPL` block waits for coefficients.
+    pub(super) fn is_open(&self) -> bool {
+        self.spline.is_some()
+    }
+
     /// Forgets an `SPL` block that waits for coefficients: the program goes no further, or the machine was moved
     /// by something else. True if there was one: that is [`dialect::H_SPLINE_WORDS`] at the line behind the last.
     pub(super) fn forget(&mut self) -> bool {

@@ -451,14 +451,14 @@ fn a_nurbs_curve_goes_from_g06_2_to_the_next_function_of_group_1() {
     config.dialect = Dialect::Fanuc;
     let program = "G01 X0 Y0 F600\nG06.2 P3 K0. X0. Y0. R1. F300\nK0. X5. Y10. R2.\nK0. X10. Y0.\nK1.\nK1.\nK1.\nG01 X20.";
     let path = moves(&config, program);
-    assert_eq!(path.len(), 4, "{path:?}");
+    assert_eq!(path.len(), 5, "{path:?}");
     let spline: Vec<_> = specs(&config, program)
         .iter()
         .map(|spec| (spec.degree, spec.weight, spec.first))
         .collect();
-    assert_eq!(spline, [(2, 2.0, true), (2, 1.0, false)]);
-    assert_eq!(path[3].target[0], 20_000_000);
-    assert_eq!(path[2].feed, 5.0);
+    assert_eq!(spline, [(2, 1.0, true), (2, 2.0, false), (2, 1.0, false)]);
+    assert_eq!(path[4].target[0], 20_000_000);
+    assert_eq!(path[3].feed, 5.0);
     let open = "G01 X0 Y0 F600\nG06.2 P3 K0. X0. Y0.\nK0. X5. Y10.\nG01 X9";
     assert!(run(&config, open).1.is_err());
     assert!(run(&xyzac(), "G06.2 P3").1.is_err());
