@@ -142,11 +142,17 @@ impl Config {
     /// Returns `None` if the result leaves the range of [`Steps`].
     #[must_use]
     pub fn steps_from_nano(&self, axis: usize, nano: Nano) -> Option<Steps> {
-        let scaled = i128::from(nano) * i128::from(self.axes[axis].steps_per_unit.to_bits());
-        let unit = i128::from(NANO_PER_UNIT);
-        let half = if scaled < 0 { -unit / 2 } else { unit / 2 };
-        i64::try_from((scaled + half) / unit)
-            .ok()
+        // In whole units and rests, all of one sign: 64 bits hold every product, and a division of 128 is 3000 instructions.
+        let unit = NANO_PER_UNIT;
+        let per_unit = self.axes[axis].steps_per_unit.to_bits();
+        let (whole, rest) = (nano / unit, nano % unit);
+        // |rest| < 10^6 on either side: neither product overflows.
+        let (part, small) = (rest * (per_unit / unit), rest * (per_unit % unit));
+        let half = if small < 0 { -unit / 2 } else { unit / 2 };
+        whole
+            .checked_mul(per_unit)?
+            .checked_add(part)?
+            .checked_add((small + half) / unit)
             .map(Steps::from_bits)
     }
 
@@ -233,5 +239,23 @@ pub(crate) mod tests {
             Some(Steps::from_num(1800))
         );
         assert_eq!(config.steps_from_nano(0, i64::MAX), None);
+    }
+
+    proptest::proptest! {
+        /// Exact rational arithmetic in 128 bits: the nearest 2^-32 step, halves away from zero, or out of range.
+        #[test]
+        fn every_coordinate_becomes_the_nearest_bit_of_a_step(
+            nano in proptest::num::i64::ANY,
+            shift in 0_u32..40,
+            per_unit in 1_i64..1 << 50,
+        ) {
+            let mut config = test_config();
+            config.axes[2].steps_per_unit = Steps::from_bits(per_unit);
+            let nano = nano >> shift;
+            let twice = 2 * i128::from(nano) * i128::from(per_unit);
+            let magnitude = (twice.abs() + 1_000_000) / 2_000_000;
+            let want = i64::try_from(magnitude * twice.signum()).ok().map(Steps::from_bits);
+            proptest::prop_assert_eq!(config.steps_from_nano(2, nano), want);
+        }
     }
 }

@@ -4,9 +4,13 @@
 //! the other.
 
 use std::io;
+use std::path::Path;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
-use host_sim::emulate::{emulate, Options};
+use host_sim::emulate::{emulate, Emulated, Options};
+use host_sim::program::Program;
 use host_sim::runner::{self, Observer};
+use host_sim::study;
 use pentaspline::machine::Sample;
 use pentaspline::stepgen::StepFrame;
 use pentaspline::units::{Tick, AXES};
@@ -28,14 +32,19 @@ impl Observer for Totals {
 }
 
 fn same_frames(name: &str) {
-    let program = examples::load(name);
+    let board = same_frames_of(name, &examples::load(name));
+    println!("{name}: digest {:016x}", board.digest);
+}
+
+/// Runs `program` in the simulator and on the board; what the board did.
+fn same_frames_of(name: &str, program: &Program) -> Emulated {
     let options = runner::Options {
         auto_start: true,
         events: Vec::new(),
         max_ticks: 10_000_000,
     };
     let mut totals = Totals::default();
-    let host = runner::run(&program, &examples::machine(), &options, &mut totals)
+    let host = runner::run(program, &examples::machine(), &options, &mut totals)
         .expect("the observer does not fail");
     assert_eq!(host.end, runner::End::Finished, "{name} in the simulator");
 
@@ -43,7 +52,7 @@ fn same_frames(name: &str) {
         auto_start: true,
         ..Options::default()
     };
-    let board = emulate(&program, &options, &mut ()).unwrap_or_else(|error| {
+    let board = emulate(program, &options, &mut ()).unwrap_or_else(|error| {
         panic!(
             "{name}: {error}. {} (`bash .ci/setup` installs the emulator, `bash .ci/firmware` builds the image)",
             error.help()
@@ -57,6 +66,7 @@ fn same_frames(name: &str) {
         format!("{:016x}", host.digest),
         "{name}: digest of the board, digest of the simulator"
     );
+    board
 }
 
 macro_rules! same_frames {
@@ -79,8 +89,52 @@ same_frames! {
     mixed_modes: "mixed_modes.nc"
     brisk_motion: "pocket_brisk.nc"
     exact_stops: "square_corners.nc"
-    thesis_spline: "thesis/CSPLINE_57.MPF"
-    thesis_lines: "thesis/LINEAR_57.MPF"
     tiny_moves: "tiny_moves.nc"
     wire_spellings: "wire_forms.nc"
+}
+
+/// Runs every program of the study if it is set.
+const CAMPAIGN: &str = "PENTASPLINE_CAMPAIGN";
+
+/// One program of each method, and a roughing one: what a minute or two has room for.
+const BOUNDED: [&str; 5] = [
+    "FINISH_EKVI_15_A.MPF",
+    "FINISH_EKVI_15_LIN.MPF",
+    "ROUGH_POLAR_5_C.MPF",
+    "FINISH_EKVI_15_C.MPF",
+    "FINISH_EKVI_15_B.MPF",
+];
+
+#[test]
+fn thesis_programs_with_their_compensation_five_of_them_or_all_36_in_a_campaign() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("thesis-board");
+    study::write_programs(&folder).unwrap_or_else(|failure| panic!("{failure:?}"));
+    let names: Vec<String> = if std::env::var_os(CAMPAIGN).is_some() {
+        let jobs = study::programs::all().into_iter();
+        jobs.map(|job| job.main.name).collect()
+    } else {
+        BOUNDED.map(str::to_owned).to_vec()
+    };
+    let next = AtomicUsize::new(0);
+    let work = || {
+        while let Some(name) = names.get(next.fetch_add(1, Ordering::Relaxed)) {
+            let program =
+                Program::load(&folder.join(name)).unwrap_or_else(|failure| panic!("{failure:?}"));
+            let began = std::time::Instant::now();
+            let board = same_frames_of(name, &program);
+            println!(
+                "{name}: digest {:016x}, {} ticks, stack {} bytes, {:.1} s",
+                board.digest,
+                board.ticks,
+                board.stack.0,
+                began.elapsed().as_secs_f64()
+            );
+        }
+    };
+    // Each emulator takes a core for itself.
+    std::thread::scope(|scope| {
+        scope.spawn(work);
+        work();
+    });
+    assert!(next.into_inner() >= names.len() && names.len() >= BOUNDED.len());
 }

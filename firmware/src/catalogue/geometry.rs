@@ -24,7 +24,7 @@ messages! {
     ARC_NO_RADIUS = 161, "the arc has no radius",
         "The centre lies on the start or the end point, or CR is zero.",
         "Program the centre with I J K of the working plane (G17 G18 G19), or CR greater than zero.";
-    ARC_PLANE = 163, "the machine has no axis {} for this plane",
+    ARC_PLANE = 163, "the machine lacks an axis of the plane of the arc",
         "A circle needs both axes of the working plane.",
         "Select another plane with G17, G18 or G19.";
     DENOMINATOR = 164, "the denominator vanishes on the way",
@@ -42,7 +42,4 @@ messages! {
     TOOL_JUMP = 168, "the rotary axes would have to jump to follow XH YH ZH",
         "The tool vector does not begin at the angles the axes have (0.01 degree allowed), or it leaves the pole (tool along Z) in a direction the turning axis does not have.",
         "Turn the rotary axes to the first vector before the spline; keep the vector away from the pole or lead it straight across.";
-    SPLINE_AXES = 169, "XH YH ZH must be on all points of a B-spline or on none",
-        "The tool vector is a second curve over the same knots; it needs as many points as the first.",
-        "Program XH YH ZH on every point; repeat BSPLINE to begin another spline.";
 }

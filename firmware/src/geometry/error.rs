@@ -118,7 +118,7 @@ impl GeometryErrorKind {
             Self::TooFewPoints { .. } => &text::TOO_FEW_POINTS,
             Self::ToolVector => &text::TOOL_VECTOR,
             Self::ToolJump => &text::TOOL_JUMP,
-            Self::SplineAxes => &text::SPLINE_AXES,
+            Self::SplineAxes => &machine::INTERNAL,
         }
     }
 

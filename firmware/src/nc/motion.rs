@@ -122,7 +122,7 @@ pub(super) fn arc(
     // I J K stand as far from X Y Z as the letters do
     let [first, second, normal] = plane.letters().map(|letter| letter - b'X' + b'I');
     let [Some(one), Some(two), _] = config.plane_axes(plane) else {
-        return fault(b'G', &message::AXIS_NOT_CONFIGURED);
+        return fault(b'G', &crate::catalogue::geometry::ARC_PLANE);
     };
     let turns = block.turns.map_or(0, |turns| turns.value);
     let arc = |centre| Arc {

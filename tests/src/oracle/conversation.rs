@@ -1,6 +1,7 @@
 //! Heidenhain conversational programs: the same items as [`super::read`] gives, from `L`, `CC`, `C`, `CR`, `SPL`.
 
-use super::read::{micro, Item, Motion, Target, LETTERS};
+use super::item::{Item, Motion, Target, LETTERS};
+use super::modal::micro;
 
 /// One word: letters with a possible `I` in front, and a number.
 type Given = Vec<(String, f64)>;

@@ -324,13 +324,16 @@ impl<'a> Controller<'a> {
         // At rest, and the sender is done: what waits for a continuation ends where it is. A spline that has too few
         // points yet goes on waiting.
         self.last_text = now;
-        if self.builder.can_finish() {
+        if self.builder.is_open() {
+            if !self.builder.can_finish() {
+                return false;
+            }
             if let Err(error) = self.builder.finish(self.config) {
                 self.refuse_geometry(&error);
             }
             return true;
         }
-        if self.compensator.has_pending() && !self.builder.is_open() {
+        if self.compensator.has_pending() {
             if let Err(error) = self.compensator.finish(self.config) {
                 self.refuse_compensation(&error);
             }
