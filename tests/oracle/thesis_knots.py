@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Writes examples/thesis/: the equidistant 57-knot finishing programs of the thesis (seed 000, section 2.3.3.2).
+"""Writes the equidistant 57-knot finishing sub-programs of the thesis into examples/thesis/ (seed 000, section 2.3.3.2).
 
-In: nothing but the formula of the contour. Out: two main programs and their sub-programs.
+In: nothing but the formula of the contour. Out: three sub-programs; `host-sim study thesis --write` has to write the same.
 
     thesis_knots.py             write the files
     thesis_knots.py --check     exit 1 if a committed file differs from what would be written
@@ -94,80 +94,23 @@ def number(value):
     return "0.000" if text == "-0.000" else text
 
 
-def subprogram(title, word):
-    """Text of a sub-program; `word` goes between block number and coordinates."""
-    lines = [
-        f"; {title}",
-        "; contour r = 18 + 4 cos(2t) cos(6t) mm, 14 arcs (15 knots) per quadrant",
-        "; 2 knots lead in, 3 turns of 56 knots and the closing one, 2 knots lead out",
-        "; Z falls from 0 to -6 over turn one, stays, and rises to 0 over turn three",
-    ]
+def subprogram(before, behind):
+    """Text of a sub-program; `before` and `behind` stand around the coordinates, blanks as in Table 2.3.2.2."""
+    lines = []
     n = 0
     for x, y, z in knots():
         n += 10
-        lines.append(f"N{n}{word}X{number(x)}  Y{number(y)}  Z{number(z)}")
+        lines.append(f"N{n} {before} X{number(x)}  Y{number(y)}  Z{number(z)}{behind}")
     lines.append(f"N{n + 10} M17")
     return "\n".join(lines) + "\n"
-
-
-HEADER = """\
-; {title}
-; after the finishing programs of the thesis, Table 2.3.3.3; the sub-program holds the knots
-; Tool radius compensation (G42 ... G40) is left out until the core has it:
-; the tool centre follows the contour itself.
-"""
-
-CSPLINE = """\
-N10 G54
-N20 T="FR_4"
-N30 M6
-N40 G64
-N50 SOFT
-N60 M3 S17000 M8
-N70 G1 Z10 F1530
-N80 M0
-N90 G4 F2
-N110 G1 X40
-N115 G1 X37
-N120 BTAN ETAN
-N130 CSPLINE
-N140 X13.856  Y-8.000  Z0.500
-N150 EKVI_POSTUPNE_15
-N170 G1 X30 Y30 F700
-N180 G1 Z10 F5000
-N190 Y100
-N200 M5
-N210 M30
-"""
-
-LINEAR = """\
-N10 G54
-N20 T="FR_4"
-N30 M6
-N40 G64
-N50 SOFT
-N60 M3 S17000 M8
-N70 G1 Z10 F1530
-N80 M0
-N90 G4 F2
-N110 G1 X37 Y-15
-N120 G1 X13.856  Y-8.000  Z0.500
-N130 EKVI_POSTUPNE_LIN_15
-N150 G1 X30 Y30 F700
-N160 G1 Z10 F5000
-N170 Y100
-N180 M5
-N190 M30
-"""
 
 
 def files():
     """File name to text."""
     return {
-        "CSPLINE_57.MPF": HEADER.format(title="Finishing, C-spline, equidistant, 57 knots per turn") + CSPLINE,
-        "LINEAR_57.MPF": HEADER.format(title="Finishing, linear interpolation, equidistant, 57 knots per turn") + LINEAR,
-        "EKVI_POSTUPNE_15.SPF": subprogram("Knots for CSPLINE or ASPLINE", "  "),
-        "EKVI_POSTUPNE_LIN_15.SPF": subprogram("Knots for linear interpolation", " G1 "),
+        "EKVI_POSTUPNE_15.SPF": subprogram(" ", "   "),
+        "EKVI_POSTUPNE_B_15.SPF": subprogram(" ", "  PW=3  "),
+        "EKVI_POSTUPNE_LIN_15.SPF": subprogram("G1", "   "),
     }
 
 

@@ -2,8 +2,7 @@
 //! algebra, the Cox-de Boor recursion.
 //!
 //! [`words`] and [`read`] (Sinumerik, Fanuc) or [`conversation`] (Heidenhain) read the text into [`item`]s, [`path`] makes
-//! curves of them,
-//! [`shape`] and [`spline`] hold the formulas, [`cutter`] judges the path of a compensated tool.
+//! curves of them, [`shape`] and [`spline`] hold the formulas, [`cutter`] judges the path of a compensated tool.
 //! Nothing here uses the core but for its axis count.
 
 pub mod conversation;

@@ -97,9 +97,8 @@ fn stretches(text: &str) -> Vec<RangeInclusive<u32>> {
 }
 
 /// Compensated program `name` of the thesis: per stretch of knots, less `margin` of them at either end where the path
-/// comes from and goes to elsewhere, the tool is never nearer than its radius, on the right, and never farther than `left`
-/// mm more.
-fn keeps_its_radius(name: &str, knots: usize, margin: u32, left: f64) {
+/// comes from and goes to elsewhere, the tool stays at its radius, on the right.
+fn keeps_its_radius(name: &str, knots: usize, margin: u32) {
     let config = examples::machine().config;
     let text = examples::text(name);
     let (run, _) = moves_well(name, &text);
@@ -115,7 +114,7 @@ fn keeps_its_radius(name: &str, knots: usize, margin: u32, left: f64) {
             .unwrap_or_else(|broken| panic!("{name}: {broken}"));
         println!("{name}, lines {lines:?}: {seen:?}");
         assert!(seen.least > RADIUS - MICROMETRE, "{name}: {seen:?}");
-        assert!(seen.most < RADIUS + left + MICROMETRE, "{name}: {seen:?}");
+        assert!(seen.most < RADIUS + MICROMETRE, "{name}: {seen:?}");
         assert_eq!(seen.left, 0.0, "{name}: {seen:?}");
     }
 }
@@ -123,15 +122,15 @@ fn keeps_its_radius(name: &str, knots: usize, margin: u32, left: f64) {
 #[test]
 fn thesis_programs_keep_the_radius_from_their_contour() {
     let of_57 = 3 * 56 + 1 + 2 * 2;
-    keeps_its_radius("thesis/CSPLINE_57.MPF", of_57 + 1, 15, 0.0);
-    keeps_its_radius("thesis/FINISH_EKVI_15_B.MPF", of_57 + 1, 15, 0.0);
-    keeps_its_radius("thesis/FINISH_EKVI_15_A.MPF", of_57 + 1, 15, 0.0);
-    keeps_its_radius("thesis/LINEAR_57.MPF", of_57 + 1, 15, 0.5);
+    keeps_its_radius("thesis/CSPLINE_57.MPF", of_57 + 1, 15);
+    keeps_its_radius("thesis/FINISH_EKVI_15_B.MPF", of_57 + 1, 15);
+    keeps_its_radius("thesis/FINISH_EKVI_15_A.MPF", of_57 + 1, 15);
+    keeps_its_radius("thesis/LINEAR_57.MPF", of_57 + 1, 15);
 }
 
 #[test]
 fn thesis_roughing_keeps_the_radius_from_each_of_its_contours() {
-    keeps_its_radius("thesis/ROUGH_POLAR_5_C.MPF", 4 * 73, 6, 0.0);
+    keeps_its_radius("thesis/ROUGH_POLAR_5_C.MPF", 4 * 73, 6);
 }
 
 #[test]

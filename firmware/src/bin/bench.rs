@@ -8,8 +8,8 @@
 //! interrupt is on, and the program's time is the number of ticks asked for: the counts repeat exactly.
 //!
 //! Counted with `core`: each [`Servo::tick`] and the [`PortExpander::expand`] behind it, sorted by what the tick
-//! did, and each background call that did something, between them. With `parts`: interpreter, geometry, travel
-//! check and arc length on their own; what `core` counts beyond them is the planner and the wiring.
+//! did, and each background call that did something, between them. With `parts`: interpreter, geometry, cutter
+//! compensation, travel check and arc length on their own; what `core` counts beyond them is the planner and the wiring.
 #![no_std]
 #![no_main]
 
@@ -20,10 +20,11 @@ use cortex_m_rt::entry;
 use heapless::Vec;
 use pentaspline::board::usart::PolledPort;
 use pentaspline::board::MACHINE;
+use pentaspline::compensation::{Compensator, Output};
 use pentaspline::config::Config;
 use pentaspline::geometry::arc::ArcSplitter;
-use pentaspline::geometry::travel::outside_travel;
-use pentaspline::geometry::SegmentBuilder;
+use pentaspline::geometry::travel::TravelBounds;
+use pentaspline::geometry::{GeometryErrorKind, PathSegment, SegmentBuilder};
 use pentaspline::machine::{Controller, Core, Servo};
 use pentaspline::nc::{Command, Interpreter};
 use pentaspline::protocol::LINE_MAX;
@@ -262,68 +263,169 @@ fn run_core(
     port.put("errors", errors);
 }
 
-/// Stages of the background on their own.
+/// Stages of the background on their own, and what each of them took.
+struct Parts<'a> {
+    meter: &'a Meter,
+    config: &'a Config,
+    builder: SegmentBuilder,
+    compensator: Compensator,
+    bounds: TravelBounds,
+    splitter: ArcSplitter,
+    geometry: Stat,
+    offset: Stat,
+    travel: Stat,
+    arc: Stat,
+    cubics: u64,
+    segments: u64,
+    errors: u64,
+}
+
+impl Parts<'_> {
+    /// Works off one command; everything it finishes goes through the stages behind.
+    fn command(&mut self, command: &Command) {
+        if let Command::Move(block) = command {
+            loop {
+                let config = self.config;
+                let (result, work) = self.meter.count(|| self.builder.push(config, block));
+                self.geometry.add(work);
+                self.drain();
+                match result {
+                    // The end of a spline goes out before the block behind it is taken.
+                    Err(error) if error.kind == GeometryErrorKind::NotDrained => {}
+                    _ => {
+                        self.errors += u64::from(result.is_err());
+                        return;
+                    }
+                }
+            }
+        }
+        while self.builder.is_open() {
+            let (result, work) = self.meter.count(|| self.builder.finish(self.config));
+            self.geometry.add(work);
+            self.errors += u64::from(result.is_err());
+            self.drain();
+        }
+        let (result, work) = self.meter.count(|| {
+            if *command == Command::ProgramEnd {
+                self.compensator.finish(self.config)?;
+            }
+            self.compensator.push_command(self.config, *command)
+        });
+        self.offset.add(work);
+        self.errors += u64::from(result.is_err());
+        self.compensated();
+    }
+
+    /// Takes what the builder has finished.
+    fn drain(&mut self) {
+        loop {
+            let (next, work) = self.meter.count(|| self.builder.next(self.config));
+            self.geometry.sum += u64::from(work);
+            let Some(next) = next else { break };
+            let config = self.config;
+            let (result, work) = self
+                .meter
+                .count(|| self.compensator.push_segment(config, &next));
+            self.offset.add(work);
+            self.errors += u64::from(result.is_err());
+            self.compensated();
+        }
+        self.errors += u64::from(self.builder.take_failure().is_some());
+    }
+
+    /// Takes what the compensation lets go.
+    fn compensated(&mut self) {
+        loop {
+            let (next, work) = self.meter.count(|| self.compensator.next(self.config));
+            self.offset.sum += u64::from(work);
+            match next {
+                Ok(Some(Output::Segment(next))) => self.segment(&next),
+                Ok(Some(Output::Command(_))) => {}
+                Ok(None) => return,
+                Err(_) => {
+                    self.errors += 1;
+                    return;
+                }
+            }
+        }
+    }
+
+    /// One cubic of the tool centre.
+    fn segment(&mut self, next: &PathSegment) {
+        self.cubics += 1;
+        let config = self.config;
+        let (outside, work) = self
+            .meter
+            .count(|| self.bounds.outside(config, &next.segment));
+        self.errors += u64::from(outside.is_some());
+        self.travel.add(work);
+        let (result, mut work) = self
+            .meter
+            .count(|| self.splitter.push(config, &next.segment, next.block));
+        self.errors += u64::from(result.is_err());
+        while !self.splitter.is_empty() {
+            let (piece, more) = self.meter.count(|| self.splitter.next(config));
+            work += more;
+            self.errors += u64::from(piece.is_err());
+            self.segments += u64::from(matches!(piece, Ok(Some(_))));
+        }
+        self.arc.add(work);
+    }
+}
+
+/// Counts the stages of the background one by one.
 #[inline(never)]
 fn run_parts(meter: &Meter, port: &mut Port) {
     let config = machine();
     let mut interpreter = Interpreter::new(&config);
-    let mut builder = SegmentBuilder::new(&config, [Steps::ZERO; AXES]);
-    let mut splitter = ArcSplitter::new();
-    let [mut parse, mut geometry, mut travel, mut arc] = [Stat::default(); 4];
-    let (mut knots, mut cubics, mut segments, mut errors) = (0_u64, 0_u64, 0_u64, 0_u64);
+    let mut parts = Parts {
+        meter,
+        config: &config,
+        builder: SegmentBuilder::new(&config, [Steps::ZERO; AXES]),
+        compensator: Compensator::new(),
+        bounds: TravelBounds::new(&config),
+        splitter: ArcSplitter::new(),
+        geometry: Stat::default(),
+        offset: Stat::default(),
+        travel: Stat::default(),
+        arc: Stat::default(),
+        cubics: 0,
+        segments: 0,
+        errors: 0,
+    };
+    let mut parse = Stat::default();
+    let mut knots = 0_u64;
     loop {
         let line = port.line();
         if line.first() == Some(&END) {
             break;
         }
         let mut commands = Vec::<Command, 8>::new();
+        let mut overflow = false;
         let (result, count) = meter.count(|| {
             interpreter.line(&config, &line, &mut |command| {
-                // A line that gives more is an error of the program, and counts as one below.
-                errors += u64::from(commands.push(command).is_err());
+                // A line that gives more is an error of the program.
+                overflow |= commands.push(command).is_err();
             })
         });
-        errors += u64::from(result.is_err());
+        parts.errors += u64::from(overflow || result.is_err());
         for command in &commands {
-            let (result, work) = match command {
-                Command::Move(block) => {
-                    parse.add(count);
-                    knots += 1;
-                    meter.count(|| builder.push(&config, block))
-                }
-                _ => meter.count(|| builder.finish(&config)),
-            };
-            errors += u64::from(result.is_err());
-            geometry.add(work);
-            loop {
-                let (next, work) = meter.count(|| builder.next(&config));
-                geometry.sum += u64::from(work);
-                let Some(next) = next else { break };
-                cubics += 1;
-                let (outside, work) = meter.count(|| outside_travel(&config, &next.segment));
-                errors += u64::from(outside.is_some());
-                travel.add(work);
-                let (result, mut work) =
-                    meter.count(|| splitter.push(&config, &next.segment, next.block));
-                errors += u64::from(result.is_err());
-                while !splitter.is_empty() {
-                    let (piece, more) = meter.count(|| splitter.next(&config));
-                    work += more;
-                    errors += u64::from(piece.is_err());
-                    segments += u64::from(matches!(piece, Ok(Some(_))));
-                }
-                arc.add(work);
+            if let Command::Move(_) = command {
+                parse.add(count);
+                knots += 1;
             }
+            parts.command(command);
         }
     }
     port.stat("parse", &parse);
-    port.stat("geometry", &geometry);
-    port.stat("travel", &travel);
-    port.stat("arc", &arc);
+    port.stat("geometry", &parts.geometry);
+    port.stat("offset", &parts.offset);
+    port.stat("travel", &parts.travel);
+    port.stat("arc", &parts.arc);
     port.put("knots", knots);
-    port.put("cubics", cubics);
-    port.put("segments", segments);
-    port.put("errors", errors);
+    port.put("cubics", parts.cubics);
+    port.put("segments", parts.segments);
+    port.put("errors", parts.errors);
 }
 
 #[entry]

@@ -22,6 +22,16 @@ pub(super) enum Measure {
     Rotary,
 }
 
+/// Steps per mm (degree) of an axis, rounded as `to_num` rounds it; whole numbers, the usual case, in one instruction.
+fn per_unit(config: &Config, axis: usize) -> f32 {
+    let bits = config.axes[axis].steps_per_unit.to_bits();
+    if bits as u32 == 0 {
+        (bits >> 32) as i32 as f32
+    } else {
+        bits as f32 * STEP_PER_BIT
+    }
+}
+
 /// `to - from`, mm or degree. Exactly zero where the positions are equal.
 pub(super) fn delta(
     config: &Config,
@@ -35,7 +45,7 @@ pub(super) fn delta(
             .ok_or(GeometryErrorKind::OutOfRange { axis })?
             .to_bits();
         // Divided, not multiplied by the reciprocal: one rounding less, so round numbers stay round.
-        *value = bits as f32 * STEP_PER_BIT / config.axes[axis].steps_per_unit.to_num::<f32>();
+        *value = bits as f32 * STEP_PER_BIT / per_unit(config, axis);
     }
     Ok(out)
 }
@@ -48,7 +58,7 @@ pub(super) fn offset(
 ) -> Result<Position, GeometryErrorKind> {
     let mut out = *from;
     for (axis, value) in out.iter_mut().enumerate() {
-        let steps = by[axis] * config.axes[axis].steps_per_unit.to_num::<f32>();
+        let steps = by[axis] * per_unit(config, axis);
         if steps.is_nan() {
             return Err(GeometryErrorKind::NotFinite);
         }
@@ -66,7 +76,8 @@ pub(super) fn offset(
 
 /// True if `at` moved by `by` is a position; the test for inner Bezier points.
 pub(super) fn in_range(config: &Config, axis: usize, at: Steps, by: f32) -> bool {
-    let steps = at.to_num::<f32>() + by * config.axes[axis].steps_per_unit.to_num::<f32>();
+    // Whole steps: the range is hundreds of steps short of what a position can hold.
+    let steps = (at.to_bits() >> 32) as i32 as f32 + by * per_unit(config, axis);
     steps.abs() <= RANGE_STEPS
 }
 

@@ -308,9 +308,14 @@ fn background(
             "knot to cubic: C-spline with its window (`SegmentBuilder`)",
         ),
         (
+            "pass_cubic",
+            "offset",
+            "cubic through the compensation stage with no compensation in force (`Compensator`)",
+        ),
+        (
             "travel_cubic",
             "travel",
-            "cubic against the travel limits (`outside_travel`)",
+            "cubic against the travel limits (`TravelBounds::outside`)",
         ),
         (
             "arc_cubic",
@@ -325,6 +330,7 @@ fn background(
             &format!("per knot, {text}"),
         );
     }
+    curves(image, progress, report)?;
     let receive = core.stat("receive")?;
     let poll = core.stat("poll")?;
     let total = receive.sum + poll.sum;
@@ -393,10 +399,50 @@ fn background(
     Ok(())
 }
 
+/// Geometry and cutter compensation per block, other curves than C-splines.
+fn curves(
+    image: &Path,
+    progress: &mut dyn FnMut(&str),
+    report: &mut Report,
+) -> Result<(), BenchError> {
+    for (key, name, text, what) in [
+        (
+            "arc_block",
+            "geometry",
+            vectors::quarter_circles(40),
+            "per block, quarter circle (`G2`, radius 10 mm) to cubics (`SegmentBuilder`)",
+        ),
+        (
+            "nurbs_span",
+            "geometry",
+            vectors::nurbs(100),
+            "per control point 2 mm apart, span of a rational cubic B-spline in three axes to cubics (`SegmentBuilder`)",
+        ),
+        (
+            "offset_line",
+            "offset",
+            vectors::offset_lines(40),
+            "per block, lines with inner and outer corners in turn, compensated (`Compensator`)",
+        ),
+        (
+            "offset_spline",
+            "offset",
+            vectors::offset_spline(100),
+            "per knot, C-spline compensated (`Compensator`)",
+        ),
+    ] {
+        progress(&format!("background: {key}"));
+        let parts = count(image, "parts", &text)?;
+        let value = ratio(parts.stat(name)?.sum, parts.get("knots")?);
+        report.add(key, value, "instructions", what);
+    }
+    Ok(())
+}
+
 /// Background work of `core` that is none of the stages in `parts`.
 fn planning(core: &Counts, parts: &Counts) -> Result<u64, BenchError> {
     let mut rest = core.stat("poll")?.sum;
-    for name in ["parse", "geometry", "travel", "arc"] {
+    for name in ["parse", "geometry", "offset", "travel", "arc"] {
         rest = rest.saturating_sub(parts.stat(name)?.sum);
     }
     Ok(rest)

@@ -69,6 +69,7 @@ const GOALS: &[(&str, f64)] = &[
     ("load_667k", 0.35),
     ("lookahead_block", 1_200.0),
     ("spline_block", 5_000.0),
+    ("spline_knot", 2_500.0),
     ("parse_line", 1_200.0),
     ("ram_bytes", 98_304.0),
     ("flash_bytes", 262_144.0),

@@ -99,6 +99,60 @@ pub fn plane_spline(config: &Config, knots: u32, pitch: f64, feed: f64) -> Strin
         .collect()
 }
 
+/// `blocks` quarters of a circle of 10 mm radius, clockwise.
+#[must_use]
+pub fn quarter_circles(blocks: usize) -> String {
+    let quarters = [
+        "G2 X10 Y10 I10 J0\n",
+        "G2 X20 Y0 I0 J-10\n",
+        "G2 X10 Y-10 I-10 J0\n",
+        "G2 X0 Y0 I0 J10\n",
+    ];
+    let mut text = "G17 G64 SOFT\nG1 F6000 X0 Y0\n".to_owned();
+    text.extend(quarters.into_iter().cycle().take(blocks));
+    text.push_str("M30\n");
+    text
+}
+
+/// A cubic B-spline over `points` control points about 2 mm apart whose weights are 1 and 2 in turn.
+#[must_use]
+pub fn nurbs(points: u32) -> String {
+    let mut text = "G64 SOFT\nG1 F6000\nBSPLINE\n".to_owned();
+    for k in 1..=points {
+        let t = f64::from(k) * 0.08;
+        let [x, y, z] = [20.0 * t.sin(), 20.0 * (1.0 - t.cos()), (3.0 * t).sin()];
+        // Writing to a String cannot fail.
+        let _ = writeln!(text, "X{x:.4} Y{y:.4} Z{z:.4} PW={}", 1 + k % 2);
+    }
+    text.push_str("M30\n");
+    text
+}
+
+/// Chooses a tool of 1 mm radius on its way to the contour.
+const TOOL: &str = "G10 L1 P1 R1\nG17 G64 SOFT\nT1 M6\nD1\n";
+
+/// A zigzag of `blocks` lines with the tool on its left: every other corner is an inner one.
+#[must_use]
+pub fn offset_lines(blocks: u32) -> String {
+    let mut text = format!("{TOOL}G1 F6000 X0 Y0\nG41 X10 Y0\n");
+    for k in 0..blocks {
+        let _ = writeln!(text, "X{} Y{}", 20 + 10 * k, if k % 2 == 0 { 5 } else { 0 });
+    }
+    text.push_str("G40 Y30\nM30\n");
+    text
+}
+
+/// A C-spline along a wave through `knots` points 2 mm apart in X with the tool on its left.
+#[must_use]
+pub fn offset_spline(knots: u32) -> String {
+    let mut text = format!("{TOOL}G1 F6000 X-10 Y0\nG41 X0 Y0\nCSPLINE\n");
+    for k in 1..=knots {
+        let _ = writeln!(text, "X{} Y{:.4}", 2 * k, 4.0 * (f64::from(k) / 4.0).sin());
+    }
+    let _ = write!(text, "G1 X{} Y0\nG40 Y30\nM30\n", 2 * knots + 5);
+    text
+}
+
 fn point(config: &Config, at: [f64; AXES]) -> String {
     let mut text = String::new();
     for (axis, value) in config.axes.iter().zip(at) {
@@ -123,6 +177,20 @@ mod tests {
              X-2.5000 Y-2.5000 Z-2.5000 A-2.5000 C-2.5000\n\
              X0.0000 Y0.0000 Z0.0000 A0.0000 C0.0000\nM30\n"
         );
+    }
+
+    #[test]
+    fn every_program_of_one_stage_runs_through_the_core() {
+        let machine = machine().unwrap();
+        for text in [
+            quarter_circles(8),
+            nurbs(20),
+            offset_lines(6),
+            offset_spline(40),
+        ] {
+            let run = crate::bench::host::speed(&machine, &text);
+            assert!(run.is_ok(), "{run:?} of\n{text}");
+        }
     }
 
     #[test]

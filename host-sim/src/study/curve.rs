@@ -6,7 +6,7 @@
 use std::f64::consts::TAU;
 
 use pentaspline::config::Config;
-use pentaspline::geometry::{PathSegment, SegmentBuilder};
+use pentaspline::geometry::{GeometryErrorKind, PathSegment, SegmentBuilder};
 use pentaspline::nc::{Command, Interpreter};
 use pentaspline::units::{Steps, AXES};
 
@@ -82,15 +82,22 @@ impl Programmed {
                 .line(config, line, &mut |command| commands.push(command))
                 .map_err(|e| refused(e.line, e.column, e.kind.to_string()))?;
             for command in commands.drain(..) {
-                match command {
-                    Command::Move(block) => builder.push(config, &block),
-                    // Everything else but a message happens at standstill: a spline ends before it.
-                    Command::Message(_) => Ok(()),
-                    _ => builder.finish(config),
-                }
-                .map_err(|e| refused(e.block, 1, e.kind.to_string()))?;
-                while let Some(next) = builder.next(config) {
-                    curve.push(&next);
+                // A block that ends a spline is taken once that is drained.
+                for attempt in 0..2 {
+                    let taken = match &command {
+                        Command::Move(block) => builder.push(config, block),
+                        // Everything else but a message happens at standstill: a spline ends before it.
+                        Command::Message(_) => Ok(()),
+                        _ => builder.finish(config),
+                    };
+                    while let Some(next) = builder.next(config) {
+                        curve.push(&next);
+                    }
+                    match taken {
+                        Ok(()) => break,
+                        Err(e) if attempt == 0 && e.kind == GeometryErrorKind::NotDrained => {}
+                        Err(e) => return Err(refused(e.block, 1, e.kind.to_string())),
+                    }
                 }
             }
         }

@@ -198,7 +198,7 @@ fn splines_and_arcs_meet_in_one_tangent() {
 fn a_stop_without_motion_is_told_to_whoever_has_the_segment() {
     let config = config();
     let mut builder = SegmentBuilder::new(&config, [Steps::ZERO; AXES]);
-    let mut push = |builder: &mut SegmentBuilder, exact_stop, at| {
+    let push = |builder: &mut SegmentBuilder, exact_stop, at| {
         let mut block = block(1, Motion::Linear, &at);
         block.exact_stop = exact_stop;
         builder.push(&config, &block).unwrap();
