@@ -40,6 +40,6 @@ messages! {
         "The tool points from X Y Z to XH YH ZH. The two coincide, or the machine file names no head.",
         "Check XH YH ZH; name the head in the machine file, or program the rotary axes.";
     TOOL_JUMP = 168, "the rotary axes would have to jump to follow XH YH ZH",
-        "The tool vector does not begin at the angles the axes have (0.01 degree allowed), or it leaves the pole (tool along Z) in a direction the turning axis does not have.",
+        "The tool vector does not begin at the angles the axes have (0.01 degree allowed), it leaves the pole (tool along Z) in a direction the turning axis does not have, or the curve passes the pole on another side than its points.",
         "Turn the rotary axes to the first vector before the spline; keep the vector away from the pole or lead it straight across.";
 }

@@ -351,7 +351,10 @@ impl Compensator {
             self.window.resolve_alone(config, &self.at);
             self.mode = Mode::On;
         }
-        if self.window.open && !(self.window.enter(config)? && !self.window.open) {
+        if self.window.open {
+            self.window.enter(config)?;
+        }
+        if self.window.open {
             return Err(self.window.blocked(config));
         }
         self.sealed = self.window.items.len();

@@ -272,3 +272,21 @@ fn under_compensation_the_contour_is_not_the_path() {
     let (path, error) = try_out(&half_a_metre(), &[0.0; AXES], &[circle]);
     assert!(error.is_none() && path.len() > 1);
 }
+
+#[test]
+fn a_denominator_that_dips_on_the_way_is_seen() {
+    // t / (1 - 3 t + 3 t^2) ends on 1, and is 2.15 at t = 0.577
+    let mut travel = [[-5.0, 5.0]; AXES];
+    let curve = Motion::Polynomial(Polynomial {
+        length: 1.0,
+        numerators: 0b1,
+        coefficients: [[0.0; 4]; AXES],
+        denominator: [1.0, 3.0, 0.0, 0.0, 0.0],
+    });
+    let blocks = [block(1, curve, &[1.0, 0.0, 0.0, 0.0, 0.0])];
+    for (end, good) in [(2.16, true), (2.15, false), (1.5, false)] {
+        travel[0][1] = end;
+        let (path, error) = try_out(&between(&travel), &[0.0; AXES], &blocks);
+        assert_eq!((error.is_none(), !path.is_empty()), (good, good), "{end}");
+    }
+}

@@ -48,8 +48,11 @@ fn words(line: &str, position: &[Nano; AXES]) -> NurbsWords {
     words
 }
 
-/// Moves of a program that begins where its first point is, and the first refusal: line, number, letter.
-fn drive(program: &str) -> (Vec<Move>, Result<Nurbs, (u32, u16, char)>) {
+/// Line, number, letter.
+type Refused = (u32, u16, char);
+
+/// Moves of a program that begins where its first point is, and the first refusal.
+fn drive(program: &str) -> (Vec<Move>, Result<Nurbs, Refused>) {
     let mut nurbs = Nurbs::new();
     let mut moves = Vec::new();
     let mut position = [0; AXES];
