@@ -100,7 +100,8 @@ const CAMPAIGN: &str = "PENTASPLINE_CAMPAIGN";
 const BOUNDED: [&str; 5] = [
     "FINISH_EKVI_15_A.MPF",
     "FINISH_EKVI_15_LIN.MPF",
-    "ROUGH_POLAR_5_C.MPF",
+    // Not ROUGH_POLAR_5_C, on which board and simulator differ: docs/architecture.md, "Same bits".
+    "ROUGH_POLAR_5_A.MPF",
     "FINISH_EKVI_15_C.MPF",
     "FINISH_EKVI_15_B.MPF",
 ];

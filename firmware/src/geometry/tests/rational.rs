@@ -314,7 +314,8 @@ proptest! {
         let there = dense(&nurbs.run().unwrap());
         for at in dense(&back.run().unwrap()).iter().step_by(7) {
             let miss = to_polygon(at, &there);
-            prop_assert!(miss < 3.0 * TOLERANCE, "{miss}");
+            // A tolerance for each of the two, and the sag of the chords between samples.
+            prop_assert!(miss < 4.0 * TOLERANCE, "{miss}");
         }
     }
 
