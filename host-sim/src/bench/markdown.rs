@@ -18,7 +18,7 @@ the keys printed here. A goal, where there is one, is the most a value may be (f
 ## What a count is
 
 **Instruction counts are counts, not times.** The image `bench.elf` holds the core as the product has it: same sources, same
-profile `board` (`opt-level = \"s\"`, link-time optimisation, one code generation unit). It runs on the Cortex-M4 of
+profile `board` (`opt-level = 2`, link-time optimisation, one code generation unit). It runs on the Cortex-M4 of
 `qemu-system-arm -M netduinoplus2` with `-icount shift=0`: every instruction takes one nanosecond of virtual time, and a timer
 of 1 GHz, read before and after a call, counts the instructions between. The count of an empty measurement is subtracted. The
 program goes through the serial port and time is the number of ticks, so the counts are the same on every PC, in
