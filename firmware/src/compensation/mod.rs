@@ -34,6 +34,10 @@ use offset::{cross, dot, norm, Point};
 use piece::{difference, steps, Kind, Piece, State};
 use window::{Item, Standstill, Window, RESERVE, WINDOW};
 
+/// What has to go on while a contour is worked out: called at least once per hundred evaluations of a curve. Nothing it does may
+/// change what comes out.
+pub type Meanwhile<'a> = &'a mut dyn FnMut();
+
 /// One unit of the compensated path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[allow(clippy::large_enum_variant)]
@@ -133,6 +137,7 @@ impl Compensator {
         &mut self,
         config: &Config,
         segment: &PathSegment,
+        meanwhile: Meanwhile,
     ) -> Result<(), CompensationError> {
         let fail = |kind| CompensationError {
             block: segment.block,
@@ -154,9 +159,10 @@ impl Compensator {
                 if self.window.open {
                     let by = difference(config, &segment.segment.start, &segment.segment.end);
                     // If not, `end` says why.
-                    self.window.leave(config, axes.map(|axis| by[axis]));
+                    self.window
+                        .leave(config, axes.map(|axis| by[axis]), meanwhile);
                 }
-                self.end(config)?;
+                self.end(config, meanwhile)?;
                 self.mode = Mode::Leaving;
                 self.window.tail = None;
             }
@@ -203,7 +209,7 @@ impl Compensator {
             }
             InPlane::Straight => {
                 if continues {
-                    self.end(config)?;
+                    self.end(config, meanwhile)?;
                 }
                 self.cutter = *cutter;
                 self.window.axes = axes;
@@ -247,14 +253,18 @@ impl Compensator {
     ///
     /// # Errors
     /// The end of the contour cannot be reached by the tool; `NotDrained`.
-    pub fn finish(&mut self, config: &Config) -> Result<(), CompensationError> {
+    pub fn finish(
+        &mut self,
+        config: &Config,
+        meanwhile: Meanwhile,
+    ) -> Result<(), CompensationError> {
         if let Some(incoming) = &self.incoming {
             return Err(CompensationError {
                 block: incoming.path.block,
                 kind: CompensationErrorKind::NotDrained,
             });
         }
-        self.end(config)?;
+        self.end(config, meanwhile)?;
         if let Some(tail) = &mut self.window.tail {
             tail.ended = true;
         }
@@ -265,8 +275,13 @@ impl Compensator {
     ///
     /// # Errors
     /// The contour is refused; call [`Compensator::reset`].
-    pub fn next(&mut self, config: &Config) -> Result<Option<Output>, CompensationError> {
+    pub fn next(
+        &mut self,
+        config: &Config,
+        meanwhile: Meanwhile,
+    ) -> Result<Option<Output>, CompensationError> {
         loop {
+            meanwhile();
             if let Some(emission) = &mut self.emission {
                 match emission.next(config, &mut self.at) {
                     Ok(Some(segment)) => return Ok(Some(Output::Segment(segment))),
@@ -287,9 +302,9 @@ impl Compensator {
                     }
                 }
             } else if self.window.items.len() > WINDOW - RESERVE {
-                self.make_room(config)?;
+                self.make_room(config, meanwhile)?;
             } else if let Some(incoming) = self.incoming.take() {
-                self.advance(config, incoming)?;
+                self.advance(config, incoming, meanwhile)?;
             } else {
                 return Ok(None);
             }
@@ -297,7 +312,12 @@ impl Compensator {
     }
 
     /// Takes one piece of the incoming segment into the window.
-    fn advance(&mut self, config: &Config, incoming: Incoming) -> Result<(), CompensationError> {
+    fn advance(
+        &mut self,
+        config: &Config,
+        incoming: Incoming,
+        meanwhile: Meanwhile,
+    ) -> Result<(), CompensationError> {
         let Incoming { path, done } = incoming;
         let axes = self.window.axes;
         let whole = Piece::new(config, axes, &path, Kind::Contour, [done, 1.0]);
@@ -308,7 +328,7 @@ impl Compensator {
         } else {
             whole
         };
-        self.window.admit(config, piece, regular)?;
+        self.window.admit(config, piece, regular, meanwhile)?;
         self.mode = Mode::On;
         if to < 1.0 {
             self.incoming = Some(Incoming { path, done: to });
@@ -317,8 +337,12 @@ impl Compensator {
     }
 
     /// The window has no room for the next piece: its front is final, or the contour cannot be followed.
-    fn make_room(&mut self, config: &Config) -> Result<(), CompensationError> {
-        if self.window.open && self.window.enter(config)? {
+    fn make_room(
+        &mut self,
+        config: &Config,
+        meanwhile: Meanwhile,
+    ) -> Result<(), CompensationError> {
+        if self.window.open && self.window.enter(config, meanwhile)? {
             return Ok(());
         }
         let last = self.window.last_live();
@@ -346,13 +370,13 @@ impl Compensator {
     }
 
     /// The contour ends here: everything in the window is final.
-    fn end(&mut self, config: &Config) -> Result<(), CompensationError> {
+    fn end(&mut self, config: &Config, meanwhile: Meanwhile) -> Result<(), CompensationError> {
         if self.mode == Mode::Approach {
             self.window.resolve_alone(config, &self.at);
             self.mode = Mode::On;
         }
         if self.window.open {
-            self.window.enter(config)?;
+            self.window.enter(config, meanwhile)?;
         }
         if self.window.open {
             return Err(self.window.blocked(config));

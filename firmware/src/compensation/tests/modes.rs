@@ -198,16 +198,16 @@ fn a_pause_is_survived_by_tangents_and_outer_corners_only() {
             line(1, [-5.0, 0.0], [0.0, 0.0], g),
             line(2, [0.0, 0.0], [10.0, 0.0], g),
         ] {
-            c.push_segment(&config, &s).unwrap();
+            c.push_segment(&config, &s, &mut || {}).unwrap();
             drain(&config, &mut c, &mut out).unwrap();
         }
-        c.finish(&config).unwrap();
+        c.finish(&config, &mut || {}).unwrap();
         drain(&config, &mut c, &mut out).unwrap();
         assert!(!c.has_pending());
         assert_eq!(segments(&out).len(), 2);
-        c.push_segment(&config, &line(3, [10.0, 0.0], [20.0, bend], g))
+        c.push_segment(&config, &line(3, [10.0, 0.0], [20.0, bend], g), &mut || {})
             .unwrap();
-        let result = drain(&config, &mut c, &mut out).and_then(|()| c.finish(&config));
+        let result = drain(&config, &mut c, &mut out).and_then(|()| c.finish(&config, &mut || {}));
         if survives {
             result.unwrap();
             drain(&config, &mut c, &mut out).unwrap();
@@ -275,16 +275,17 @@ fn a_long_contour_streams_and_does_not_depend_on_when_output_is_taken() {
     let mut early = 0;
     while waiting.peek().is_some() {
         if c.is_full() {
-            out.extend(c.next(&config).unwrap());
+            out.extend(c.next(&config, &mut || {}).unwrap());
         } else {
-            c.push_segment(&config, waiting.next().unwrap()).unwrap();
+            c.push_segment(&config, waiting.next().unwrap(), &mut || {})
+                .unwrap();
             early = early.max(out.len());
         }
     }
     assert!(early > 100, "it streams");
-    c.finish(&config).unwrap_or_default();
+    c.finish(&config, &mut || {}).unwrap_or_default();
     drain(&config, &mut c, &mut out).unwrap();
-    c.finish(&config).unwrap();
+    c.finish(&config, &mut || {}).unwrap();
     drain(&config, &mut c, &mut out).unwrap();
     assert_eq!(segments(&out)[1..], whole);
 }

@@ -86,7 +86,7 @@ pub fn drain(
     c: &mut Compensator,
     out: &mut Vec<Output>,
 ) -> Result<(), CompensationError> {
-    while let Some(output) = c.next(config)? {
+    while let Some(output) = c.next(config, &mut || {})? {
         out.push(output);
     }
     Ok(())
@@ -110,12 +110,12 @@ pub fn run_all(
         for input in inputs {
             assert!(!c.is_full());
             match input {
-                Input::Segment(segment) => c.push_segment(config, segment)?,
+                Input::Segment(segment) => c.push_segment(config, segment, &mut || {})?,
                 Input::Command(command) => c.push_command(config, *command)?,
             }
             drain(config, &mut c, &mut out)?;
         }
-        c.finish(config)?;
+        c.finish(config, &mut || {})?;
         drain(config, &mut c, &mut out)?;
         assert!(!c.has_pending());
         Ok(())
