@@ -34,8 +34,8 @@ use offset::{cross, dot, norm, Point};
 use piece::{difference, steps, Kind, Piece, State};
 use window::{Item, Standstill, Window, RESERVE, WINDOW};
 
-/// What has to go on while a contour is worked out: called at least once per hundred evaluations of a curve. Nothing it does may
-/// change what comes out.
+/// What has to go on while a contour is worked out: called every few dozen points of a curve. Joining one piece may look at tens of
+/// thousands of them, which is longer than the planner is ahead.
 pub type Meanwhile<'a> = &'a mut dyn FnMut();
 
 /// One unit of the compensated path.

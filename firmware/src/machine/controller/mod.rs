@@ -267,7 +267,7 @@ impl<'a> Controller<'a> {
         if let Some((command, wait)) = self.standstill {
             return self.stand_still(&command, wait, now);
         }
-        // The interrupt must not run out of pieces over a long computation.
+        // The interrupt must not run out of pieces while a contour is worked out.
         let mut meanwhile = || while self.planner.advance(self.config) {};
         match self.compensator.next(self.config, &mut meanwhile) {
             Ok(None) => {}
@@ -279,7 +279,6 @@ impl<'a> Controller<'a> {
             Err(error) => return self.refuse_compensation(&error),
         }
         if let Some(next) = self.builder.next(self.config) {
-            // The interrupt must not run out of pieces over a long computation.
             let mut meanwhile = || while self.planner.advance(self.config) {};
             let taken = self
                 .compensator
@@ -341,7 +340,6 @@ impl<'a> Controller<'a> {
             return true;
         }
         if self.compensator.has_pending() {
-            // The interrupt must not run out of pieces over a long computation.
             let mut meanwhile = || while self.planner.advance(self.config) {};
             if let Err(error) = self.compensator.finish(self.config, &mut meanwhile) {
                 self.refuse_compensation(&error);
@@ -410,7 +408,6 @@ impl<'a> Controller<'a> {
                 }
                 let mut passed = Ok(());
                 if *command == Command::ProgramEnd {
-                    // The interrupt must not run out of pieces over a long computation.
                     let mut meanwhile = || while self.planner.advance(self.config) {};
                     passed = self.compensator.finish(self.config, &mut meanwhile);
                 }
