@@ -137,7 +137,7 @@ impl Wire {
         if byte > b'\r' {
             self.returned = false;
             // the last place is kept for a line end
-            if self.free() > 1 {
+            if self.receive.count < RECEIVE_SIZE - 1 {
                 self.receive.push(byte);
             }
             return;
@@ -146,6 +146,7 @@ impl Wire {
     }
 
     /// Stores a byte that may be a line end.
+    #[inline(never)]
     fn receive_control(&mut self, byte: u8) {
         if core::mem::replace(&mut self.returned, byte == b'\r') && byte == b'\n' {
             return;
