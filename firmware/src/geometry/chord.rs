@@ -182,7 +182,10 @@ mod tests {
         /// The conversion of the language, rounded to nearest even, and a power of two.
         #[test]
         fn steps_are_the_nearest_single(bits: i64, shift in 0_u32..64, tie in 0_u32..40) {
-            for bits in [bits, bits >> shift, (bits >> shift | 1) << (tie % (shift + 1)), i64::MIN, i64::MAX, 0] {
+            let tied = (bits >> shift | 1) << (tie % (shift + 1));
+            // half a unit of the last place, and a little more far behind it
+            let more = bits & (0xff_ffff << 39) | 1 << 62 | 1 << 38 | 1;
+            for bits in [bits, bits >> shift, tied, more, i64::MIN, i64::MAX, 0] {
                 let nearest = bits as f32 * STEP_PER_BIT;
                 prop_assert_eq!(steps(bits).to_bits(), nearest.to_bits(), "{}", bits);
             }

@@ -36,9 +36,12 @@ pub enum Incoming {
 #[must_use]
 #[inline]
 pub fn classify(byte: u8) -> Incoming {
+    let code = u32::from(byte);
+    // The most of a program: `"` to `>`, that is signs and digits, and `@` to `}`.
+    if code.wrapping_sub(0x22) < 29 || code.wrapping_sub(0x40) < 62 {
+        return Incoming::Text;
+    }
     match byte {
-        // the most of a program: blanks, signs, digits, upper-case letters
-        b'"'..=b'>' | b'@'..=b'}' | b' ' => Incoming::Text,
         b'!' => Incoming::Event(Event::Hold),
         b'~' => Incoming::Event(Event::Resume),
         0x18 => Incoming::Event(Event::Reset),
