@@ -102,7 +102,7 @@ fn the_longest_line_and_the_line_behind_the_last_end_are_the_same_both_ways() {
     let config = xyzac();
     for blanks in 90..97 {
         let line = format!("X1.5{}", " ".repeat(blanks - 4));
-        let plain = said(&config, "G1 F100", &[line.clone()], "");
+        let plain = said(&config, "G1 F100", &[line], "");
         assert_eq!(plain.0, [Ok(())]);
         let target = plain.2;
         assert_eq!(target, [1_500_000, 0, 0, 0, 0]);
