@@ -80,6 +80,8 @@ pub struct Compensator {
     sealed: usize,
     incoming: Option<Incoming>,
     emission: Option<Emission>,
+    /// A segment on its way through while nothing is compensated and the window is empty.
+    passing: Option<PathSegment>,
 }
 
 impl Default for Compensator {
@@ -100,6 +102,7 @@ impl Compensator {
             sealed: 0,
             incoming: None,
             emission: None,
+            passing: None,
         }
     }
 
@@ -111,12 +114,14 @@ impl Compensator {
         self.sealed = 0;
         self.incoming = None;
         self.emission = None;
+        self.passing = None;
     }
 
     /// True while output waits that [`Compensator::next`] gives without further input; nothing may be pushed then.
     #[must_use]
     pub fn is_full(&self) -> bool {
-        self.incoming.is_some()
+        self.passing.is_some()
+            || self.incoming.is_some()
             || self.emission.is_some()
             || self.sealed > 0
             || self.window.items.len() > WINDOW - RESERVE
@@ -125,7 +130,10 @@ impl Compensator {
     /// True while anything taken has not been handed out.
     #[must_use]
     pub fn has_pending(&self) -> bool {
-        self.incoming.is_some() || self.emission.is_some() || !self.window.items.is_empty()
+        self.passing.is_some()
+            || self.incoming.is_some()
+            || self.emission.is_some()
+            || !self.window.items.is_empty()
     }
 
     /// Takes the next segment of the path. [`Compensator::next`] must have been called until it gave `None`.
@@ -134,6 +142,21 @@ impl Compensator {
     /// Approach, retract or side change on a curve, a change of radius or plane on the way, an end of the contour that the
     /// tool cannot reach; `NotDrained`. Call [`Compensator::reset`] after any of them.
     pub fn push_segment(
+        &mut self,
+        config: &Config,
+        segment: &PathSegment,
+        meanwhile: Meanwhile,
+    ) -> Result<(), CompensationError> {
+        if segment.cutter.side == Side::On && self.mode == Mode::Off && !self.has_pending() {
+            self.passing = Some(*segment);
+            return Ok(());
+        }
+        self.take(config, segment, meanwhile)
+    }
+
+    /// [`Compensator::push_segment`] of what has to go through the window.
+    #[inline(never)]
+    fn take(
         &mut self,
         config: &Config,
         segment: &PathSegment,
@@ -276,6 +299,25 @@ impl Compensator {
     /// # Errors
     /// The contour is refused; call [`Compensator::reset`].
     pub fn next(
+        &mut self,
+        config: &Config,
+        meanwhile: Meanwhile,
+    ) -> Result<Option<Output>, CompensationError> {
+        if let Some(path) = &self.passing {
+            self.at = path.segment.end;
+            let output = Output::Segment(*path);
+            self.passing = None;
+            return Ok(Some(output));
+        }
+        if !self.is_full() {
+            return Ok(None);
+        }
+        self.advance_window(config, meanwhile)
+    }
+
+    /// Next output of the window.
+    #[inline(never)]
+    fn advance_window(
         &mut self,
         config: &Config,
         meanwhile: Meanwhile,

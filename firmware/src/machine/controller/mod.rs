@@ -141,15 +141,24 @@ impl<'a> Controller<'a> {
     }
 
     /// One byte from the wire. Real-time bytes act at once and never take buffer space.
+    #[inline]
     pub fn receive(&mut self, byte: u8) {
         match classify(byte) {
-            Incoming::Event(event) => self.event(event),
-            Incoming::Status => self.status_due = true,
             Incoming::Text => {
                 self.received = true;
                 self.wire.receive(byte);
             }
-            Incoming::Nothing => {}
+            other => self.request(other),
+        }
+    }
+
+    /// What is no text.
+    #[inline(never)]
+    fn request(&mut self, incoming: Incoming) {
+        match incoming {
+            Incoming::Event(event) => self.event(event),
+            Incoming::Status => self.status_due = true,
+            Incoming::Text | Incoming::Nothing => {}
         }
     }
 
