@@ -77,7 +77,7 @@ def smooth():
     ellipse = lambda t: (30 * math.cos(turn * t), 12 * math.sin(turn * t))
     spiral = lambda t: ((3 + 20 * t) * math.cos(4 * turn * t), (3 + 20 * t) * math.sin(4 * turn * t))
     troch = lambda t: (40 * t + 4 * math.cos(16 * turn * t) - 4, 4 * math.sin(16 * turn * t))
-    wave = lambda t: (120 * t, 15 * math.sin(3 * turn * t), 5 * math.cos(2 * turn * t) - 5)
+    wave = lambda t: (240 * t, 15 * math.sin(6 * turn * t), 5 * math.cos(4 * turn * t) - 5)
     natural = "BNAT ENAT"
     auto = "BAUTO EAUTO"
     rose = lambda t: ((20 + 6 * math.cos(5 * turn * t)) * math.cos(turn * t) - 26, (20 + 6 * math.cos(5 * turn * t)) * math.sin(turn * t))
@@ -85,7 +85,7 @@ def smooth():
         "ellipse": program("Ellipse 60 x 24 mm, two turns, C-spline of 36 points per turn.", "G1 X30 Y0 F9000", auto, *spline("CSPLINE", curve(ellipse, 72, 0, 2))),
         "spiral": program("Spiral outwards, four turns.", "G1 X3 Y0 F6000", auto, *spline("CSPLINE", curve(spiral, 128))),
         "trochoid_spline": program("Trochoidal slot as one C-spline.", "G1 X0 Y0 F12000", natural, *spline("CSPLINE", curve(troch, 256))),
-        "wave_fast": program("Long wave in space, feed never reached.", "G1 X0 Y0 Z0 F40000", auto, *spline("CSPLINE", curve(wave, 48)), *spline("CSPLINE", curve(wave, 48, 1, 0))),
+        "wave_fast": program("Long wave in space, feed never reached.", "G1 X0 Y0 Z0 F40000", auto, *spline("CSPLINE", curve(wave, 96))),
         "rose_akima": program("Five-leaved rose, A-spline: curvature jumps at every knot.", "G1 X0 Y0 F6000", auto, *spline("ASPLINE", curve(rose, 80))),
         "bspline_rose": program("The same rose, control points of a B-spline.", "G1 X0 Y0 F6000", *spline("BSPLINE", curve(rose, 60))),
     }

@@ -1,0 +1,135 @@
+#!/usr/bin/env python3
+"""Shortest possible time of every program of the corpus on the MCV 1210, independent of the planner.
+
+    optimum.py --write [NAME..]    compute all (or the named) programs and store them in data/optimum.json
+    optimum.py [NAME..]            compute and print only
+    optimum.py --against-toppra    recompute the BRISK times with the package toppra and print the differences
+
+In: tests/corpus/*.nc and machines/mcv1210.toml. Out, per program: `brisk_s` (velocity and acceleration limited, `topp.py`) and
+`soft_s` (jerk limited too, `jerk_limited.py`) on the path exactly as programmed, which `programmed_path.py` builds from the text;
+the rules for joints stand there. Grids are refined until the time stands still; `*_change` is the last relative change, and
+`soft_s` is what the finest grid gave. `toppra_s` is the BRISK time by the package, on the same grid.
+
+Needs numpy, scipy, casadi (with IPOPT); toppra for the comparison.
+"""
+
+import argparse
+import json
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+
+import jerk_limited
+import programmed_path
+import topp
+
+HERE = Path(__file__).resolve().parent
+CORPUS = HERE.parent / "corpus"
+STORE = HERE / "data" / "optimum.json"
+# A run is refined until doubling the grid changes its time by less than this share of the program, or the grid is this fine.
+STILL = 5e-4
+SOFT_LARGEST = 6_000
+BRISK_NODES = (2_000, 6_000)
+
+
+def mixed(times, g, share):
+    """Where nodes are wanted: by time spent, and a share of them by length."""
+    return times / times.sum() + share * g.ds / g.ds.sum()
+
+
+def brisk_grid(m, run, nodes):
+    """Grid with about `nodes` intervals, denser where the motion is slow."""
+    count = len(run.pieces)
+    g = programmed_path.grid(run, [np.linspace(0.0, 1.0, max(4, 1000 // count) + 1)] * count)
+    for _ in range(2):
+        b, _ = topp.profile(m, g)
+        g = programmed_path.grid(run, programmed_path.refine(g, mixed(topp.times(g, b), g, 0.3), nodes, count, 4))
+    return g
+
+
+def brisk(m, run):
+    """Times of one run on two grids, and intervals of the finer."""
+    found = []
+    for nodes in BRISK_NODES:
+        g = brisk_grid(m, run, nodes)
+        found.append(float(topp.times(g, topp.profile(m, g)[0]).sum()))
+    return found, len(g.ds)
+
+
+def soft(m, run, program_s, factor=0.4):
+    """Times of one run on finer and finer grids, and intervals of the finest.
+
+    The first guess is `factor` times the velocity without a jerk limit.
+    """
+    count = len(run.pieces)
+    g = brisk_grid(m, run, max(120, 3 * count))
+    v = factor * np.sqrt(topp.profile(m, g)[0])
+    start = jerk_limited.guess(g, np.minimum(v, jerk_limited.node_limit(m, g)))
+    found = []
+    while True:
+        motion = jerk_limited.solve(m, g, start)
+        found.append(motion.total())
+        still = len(found) > 1 and abs(found[-1] - found[-2]) < STILL * program_s
+        if still or 2 * len(g.ds) > SOFT_LARGEST:
+            return found, len(g.ds)
+        finer = programmed_path.grid(run, programmed_path.refine(g, mixed(motion.h, g, 0.1), 2 * len(g.ds), count, 3))
+        start, g = jerk_limited.carry(g, motion, finer), finer
+
+
+def optimum(m, program, factor=0.4):
+    """Record of one program."""
+    rough = [brisk(m, run) for run in programmed_path.runs(m, program, False)]
+    brisk_s = sum(times[-1] for times, _ in rough)
+    runs = programmed_path.runs(m, program, True)
+    fine = [soft(m, run, brisk_s, factor) for run in runs]
+    soft_s = sum(times[-1] for times, _ in fine)
+    last = lambda found: sum(abs(times[-1] - times[-2]) for times, _ in found if len(times) > 1)
+    return {
+        "brisk_s": round(brisk_s, 6),
+        "brisk_change": float(f"{last(rough) / brisk_s:.1e}"),
+        "brisk_intervals": sum(n for _, n in rough),
+        "soft_s": round(soft_s, 6),
+        "soft_change": float(f"{last(fine) / soft_s:.1e}"),
+        "soft_intervals": sum(n for _, n in fine),
+        "soft_runs": len(runs),
+    }
+
+
+def main():
+    """Command line; returns the exit code."""
+    parser = argparse.ArgumentParser(description="Shortest time of the programs of the corpus.")
+    parser.add_argument("names", nargs="*", help="programs without .nc; all if none is given")
+    parser.add_argument("--write", action="store_true", help="store the results")
+    parser.add_argument("--against-toppra", action="store_true", help="compare BRISK with the package toppra")
+    parser.add_argument("--guess", type=float, default=0.4, help="first velocity of SOFT, as a share of BRISK")
+    options = parser.parse_args()
+    m = programmed_path.machine()
+    names = options.names or sorted(path.stem for path in CORPUS.glob("*.nc"))
+    store = json.loads(STORE.read_text(encoding="ascii")) if STORE.is_file() else {"programs": {}}
+    for name in names:
+        begun = time.monotonic()
+        path = CORPUS / f"{name}.nc"
+        if options.against_toppra:
+            import topp_package
+
+            runs = programmed_path.runs(m, path, False)
+            pairs = [topp_package.compare(m, brisk_grid(m, run, BRISK_NODES[0])) for run in runs]
+            own, theirs = (sum(pair[i] for pair in pairs) for i in range(2))
+            store["programs"].setdefault(name, {})["toppra_s"] = round(theirs, 6)
+            print(f"{name:24} own {own:10.6f} toppra {theirs:10.6f} {theirs / own - 1:+.2e}  {time.monotonic() - begun:.1f} s", flush=True)
+        else:
+            found = optimum(m, path, options.guess)
+            store["programs"].setdefault(name, {}).update(found)
+            print(f"{name:24} {json.dumps(found)}  {time.monotonic() - begun:.1f} s", flush=True)
+        if options.write:
+            store["machine"] = "machines/mcv1210.toml"
+            store["solver"] = {"brisk": "topp.py, reachability analysis", "soft": "jerk_limited.py, CasADi/IPOPT"}
+            store["programs"] = dict(sorted(store["programs"].items()))
+            STORE.write_text(json.dumps(store, indent=1, sort_keys=True) + "\n", encoding="ascii")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
