@@ -77,7 +77,7 @@ def carry(old, motion, new):
     return Motion(v, a, h, np.diff(a) / h, np.diff(a) / h)
 
 
-def solve(m, g, start, verbose=False):
+def solve(m, g, start, strategy="adaptive", verbose=False):
     """Optimal motion on the grid, from the guess `start`; raises RuntimeError if IPOPT does not converge."""
     n = len(g.ds)
     # Units of length and time in which a typical interval is 1 long and takes 1.
@@ -126,8 +126,8 @@ def solve(m, g, start, verbose=False):
         "print_time": False,
         "ipopt.sb": "yes",
         "ipopt.tol": 1e-7,
-        "ipopt.max_iter": 600,
-        "ipopt.mu_strategy": "adaptive",
+        "ipopt.max_iter": 400,
+        "ipopt.mu_strategy": strategy,
     }
     problem = {"x": x, "f": ca.sum1(h) / n, "g": ca.vertcat(*rows)}
     solver = ca.nlpsol("soft", "ipopt", problem, options)

@@ -7,7 +7,7 @@
 
 In: tests/corpus/*.nc and machines/mcv1210.toml. Out, per program: `brisk_s` (velocity and acceleration limited, `topp.py`) and
 `soft_s` (jerk limited too, `jerk_limited.py`) on the path exactly as programmed, which `programmed_path.py` builds from the text;
-the rules for joints stand there. Grids are refined until the time stands still; `*_change` is the last relative change, and
+the rules for joints stand there. A run along one line has a closed form (`straight.py`). Grids are refined until the time stands still; `*_change` is the last relative change, and
 `soft_s` is what the finest grid gave. `toppra_s` is the BRISK time by the package, on the same grid.
 
 Needs numpy, scipy, casadi (with IPOPT); toppra for the comparison.
@@ -23,6 +23,7 @@ import numpy as np
 
 import jerk_limited
 import programmed_path
+import straight
 import topp
 
 HERE = Path(__file__).resolve().parent
@@ -31,7 +32,8 @@ STORE = HERE / "data" / "optimum.json"
 # A run is refined until doubling the grid changes its time by less than this share of the program, or the grid is this fine.
 STILL = 5e-4
 SOFT_LARGEST = 6_000
-BRISK_NODES = (2_000, 6_000)
+BRISK_NODES = (2_000, 8_000)
+BRISK_PER_PIECE = (20, 80)
 
 
 def mixed(times, g, share):
@@ -52,10 +54,20 @@ def brisk_grid(m, run, nodes):
 def brisk(m, run):
     """Times of one run on two grids, and intervals of the finer."""
     found = []
-    for nodes in BRISK_NODES:
-        g = brisk_grid(m, run, nodes)
+    for nodes, per_piece in zip(BRISK_NODES, BRISK_PER_PIECE):
+        g = brisk_grid(m, run, max(nodes, per_piece * len(run.pieces)))
         found.append(float(topp.times(g, topp.profile(m, g)[0]).sum()))
     return found, len(g.ds)
+
+
+def attempts(m, g, tries):
+    """The first of the (strategy, guess) pairs that IPOPT solves, or None."""
+    for strategy, start in tries:
+        try:
+            return jerk_limited.solve(m, g, start, strategy)
+        except RuntimeError:
+            continue
+    return None
 
 
 def soft(m, run, program_s, factor=0.4):
@@ -64,18 +76,28 @@ def soft(m, run, program_s, factor=0.4):
     The first guess is `factor` times the velocity without a jerk limit.
     """
     count = len(run.pieces)
+    line = straight.limits(m, run)
+    if line is not None:
+        return [straight.shortest(*line)], 1
     g = brisk_grid(m, run, max(120, 3 * count))
-    v = factor * np.sqrt(topp.profile(m, g)[0])
-    start = jerk_limited.guess(g, np.minimum(v, jerk_limited.node_limit(m, g)))
-    found = []
+    fast = np.sqrt(topp.profile(m, g)[0])
+    cap = jerk_limited.node_limit(m, g)
+    fresh = lambda share: jerk_limited.guess(g, np.minimum(share * fast, cap))
+    motion = attempts(m, g, ((s, fresh(f)) for f in (factor, 0.4 * factor, 0.1 * factor) for s in ("adaptive", "monotone")))
+    if motion is None:
+        raise RuntimeError("no first motion")
+    found = [motion.total()]
     while True:
-        motion = jerk_limited.solve(m, g, start)
+        finer = programmed_path.grid(run, programmed_path.refine(g, mixed(motion.h, g, 0.1), 2 * len(g.ds), count, 3))
+        start = jerk_limited.carry(g, motion, finer)
+        better = attempts(m, finer, ((s, start) for s in ("adaptive", "monotone")))
+        if better is None:
+            return found, len(g.ds)
+        motion, g = better, finer
         found.append(motion.total())
-        still = len(found) > 1 and abs(found[-1] - found[-2]) < STILL * program_s
+        still = abs(found[-1] - found[-2]) < STILL * program_s
         if still or 2 * len(g.ds) > SOFT_LARGEST:
             return found, len(g.ds)
-        finer = programmed_path.grid(run, programmed_path.refine(g, mixed(motion.h, g, 0.1), 2 * len(g.ds), count, 3))
-        start, g = jerk_limited.carry(g, motion, finer), finer
 
 
 def optimum(m, program, factor=0.4):
