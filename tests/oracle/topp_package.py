@@ -42,7 +42,7 @@ class Sampled(AbstractGeometricPath):
 
 def compare(m, g):
     """(own time, time by toppra) of one run, s."""
-    own = float(topp.times(g, topp.profile(m, g)[0]).sum())
+    own = float(topp.times(g, topp.profile_constant_u(m, g)).sum())
     cap = topp.ceiling(m, g)
     starts = np.concatenate([[True], g.piece[1:] != g.piece[:-1]])
     s, first, second, v = [], [], [], []
