@@ -1,31 +1,93 @@
 //! Machine limits along one segment, and across the joint between two.
 //!
 //! With path velocity v, acceleration a and jerk j, an axis at q(s) sees
-//! `q' v`, `q' a + q'' v^2` and `q' j + 3 q'' v a + q''' v^3` (chain rule). The programmed feed and the
-//! curve terms fix v; what they leave of the axis limits is free for changing speed.
+//! `q' v`, `q' a + q'' v^2` and `q' j + 3 q'' v a + q''' v^3` (chain rule). What the curve terms leave of the axis
+//! limits is free for changing speed, and it is the more the slower the motion is: limits are functions of v.
 
 use crate::config::Config;
 use crate::geometry::arc::{PathDerivatives, PathShape};
 use crate::units::{sqrt, AxisVec, AXES};
 
 /// Share of an axis' acceleration that curvature may take.
-const CURVATURE_SHARE: f32 = 0.7;
-/// Shares of an axis' jerk: change of curvature, curvature while accelerating, joints.
-const TORSION_SHARE: f32 = 0.3;
-const CROSS_SHARE: f32 = 0.2;
-const JOINT_SHARE: f32 = 0.3;
+const CURVATURE_SHARE: f32 = 0.95;
+/// Shares of an axis' jerk: change of curvature; curvature while accelerating; joints.
+const TORSION_SHARE: f32 = 0.6;
+const CROSS_SHARE: f32 = 0.35;
+const JOINT_SHARE: f32 = 0.7;
+/// A step in the second derivative falls between two ticks; the third difference sees at most this share of it at once
+/// (a step at the fraction f of a tick is seen as (1-f)^2/2, 1/2 + f - f^2 and f^2/2 in three successive ticks).
+const SAMPLED_STEP: f32 = 0.75;
 /// A joint slower than this share of the feed becomes an exact stop.
 const STOP_SHARE: f32 = 0.02;
 
-/// Limits on path motion within one segment: mm (or degree), s.
+/// Velocities at which the limits of a segment are tabulated, shares of its largest.
+const SAMPLES: [f32; 3] = [0.0, 0.5, 1.0];
+
+/// Limits on path motion within one segment as functions of its velocity: mm (or degree), s.
+///
+/// Every one is a minimum, over the axes, of functions concave in v; linear interpolation between tabulated values never
+/// exceeds it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CurveLimits {
+    /// Largest velocity.
+    pub v: f32,
+    /// Reciprocal of the spacing of the table in v.
+    scale: f32,
+    /// Acceleration.
+    a: [f32; 3],
+    /// Jerk without acceleration, and with all of it.
+    j: [[f32; 3]; 2],
+}
+
+/// Limits at one velocity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PathLimits {
-    /// Velocity.
-    pub v: f32,
     /// Acceleration along the path, either sign.
     pub a: f32,
     /// Jerk along the path, either sign.
     pub j: f32,
+}
+
+impl CurveLimits {
+    /// Nothing may move.
+    pub const NONE: Self = Self {
+        v: 0.0,
+        scale: 0.0,
+        a: [0.0; 3],
+        j: [[0.0; 3]; 2],
+    };
+
+    fn at(&self, table: &[f32; 3], v: f32) -> f32 {
+        let x = (v * self.scale).min(2.0);
+        if x <= 1.0 {
+            table[0] + x * (table[1] - table[0])
+        } else {
+            table[1] + (x - 1.0) * (table[2] - table[1])
+        }
+    }
+
+    /// Largest acceleration at velocity `v`, either sign.
+    #[must_use]
+    pub fn acceleration(&self, v: f32) -> f32 {
+        self.at(&self.a, v)
+    }
+
+    /// Largest jerk at velocity `v` and acceleration `a`, either sign.
+    #[must_use]
+    pub fn jerk(&self, v: f32, a: f32) -> f32 {
+        let [free, full] = [self.at(&self.j[0], v), self.at(&self.j[1], v)];
+        let share = (a.abs() / self.at(&self.a, v)).min(1.0);
+        free + share * (full - free)
+    }
+
+    /// Limits that hold at `v` and everywhere below it.
+    #[must_use]
+    pub fn below(&self, v: f32) -> PathLimits {
+        PathLimits {
+            a: self.at(&self.a, v),
+            j: self.at(&self.j[1], v),
+        }
+    }
 }
 
 /// What passing a joint costs each axis.
@@ -42,8 +104,22 @@ pub struct JointCost {
 pub struct Joint {
     /// Largest path velocity over the joint; 0 is an exact stop.
     pub v: f32,
+    /// Largest path jerk in the ticks around it.
+    pub j: f32,
     /// Cost at that velocity.
     pub cost: JointCost,
+}
+
+impl Joint {
+    /// The path comes to rest there.
+    pub const STOP: Self = Self {
+        v: 0.0,
+        j: f32::MAX,
+        cost: JointCost {
+            a: [0.0; AXES],
+            j: [0.0; AXES],
+        },
+    };
 }
 
 /// Jerk limit of an axis. Without `SOFT` the acceleration may build up within four ticks.
@@ -55,16 +131,15 @@ fn axis_jerk(config: &Config, axis: usize, soft: bool) -> f32 {
     }
 }
 
-/// Limits inside a segment of `length` path units driven at no more than `feed`, with what its joints already take.
+/// Largest velocity inside a segment of `length` path units driven at no more than `feed`.
 #[must_use]
-pub fn path_limits(
+pub fn velocity_limit(
     config: &Config,
     shape: &PathShape,
     length: f32,
     feed: f32,
     soft: bool,
-    joints: &[JointCost; 2],
-) -> PathLimits {
+) -> f32 {
     let PathDerivatives {
         first,
         second,
@@ -86,39 +161,63 @@ pub fn path_limits(
             ));
         }
     }
-    let mut limit_a = f32::MAX;
-    for a in 0..AXES {
-        let taken = joints[0].a[a].max(joints[1].a[a]);
-        if first[a] > 0.0 {
-            limit_a = limit_a.min((config.axes[a].a_max - taken - second[a] * v * v) / first[a]);
-        }
-        if second[a] > 0.0 {
-            let jerk = CROSS_SHARE * axis_jerk(config, a, soft);
-            limit_a = limit_a.min(jerk / (3.0 * second[a] * v));
-        }
-    }
-    let mut limit_j = f32::MAX;
-    for a in 0..AXES {
-        if first[a] > 0.0 {
-            let taken = joints[0].j[a].max(joints[1].j[a])
-                + 3.0 * second[a] * v * limit_a
-                + third[a] * v * v * v;
-            limit_j = limit_j.min((axis_jerk(config, a, soft) - taken) / first[a]);
-        }
-    }
-    PathLimits {
+    v
+}
+
+/// Limits inside a segment whose largest velocity is `v`, with what its joints already take.
+#[must_use]
+pub fn curve_limits(
+    config: &Config,
+    shape: &PathShape,
+    v: f32,
+    soft: bool,
+    joints: &[JointCost; 2],
+) -> CurveLimits {
+    let mut limits = CurveLimits {
         v,
-        a: limit_a,
-        j: limit_j,
+        scale: 2.0 / v,
+        a: [f32::MAX; 3],
+        j: [[f32::MAX; 3]; 2],
+    };
+    for a in 0..AXES {
+        let (q1, q2) = (shape.bound.first[a], shape.bound.second[a]);
+        let taken = joints[0].a[a].max(joints[1].a[a]);
+        for (limit, share) in limits.a.iter_mut().zip(SAMPLES) {
+            let v = share * v;
+            if q1 > 0.0 {
+                *limit = limit.min((config.axes[a].a_max - taken - q2 * v * v) / q1);
+            }
+            if q2 * v > 0.0 {
+                let jerk = CROSS_SHARE * axis_jerk(config, a, soft);
+                *limit = limit.min(jerk / (3.0 * q2 * v));
+            }
+        }
     }
+    for a in 0..AXES {
+        let (q1, q2, q3) = (
+            shape.bound.first[a],
+            shape.bound.second[a],
+            shape.bound.third[a],
+        );
+        if q1 > 0.0 {
+            for (k, share) in SAMPLES.into_iter().enumerate() {
+                let v = share * v;
+                let left = axis_jerk(config, a, soft) - q3 * v * v * v;
+                let full = left - 3.0 * q2 * v * limits.a[k];
+                limits.j[0][k] = limits.j[0][k].min(left / q1);
+                limits.j[1][k] = limits.j[1][k].min(full / q1);
+            }
+        }
+    }
+    limits
 }
 
 /// How fast the joint from `before` to `after` may be passed, given the velocity `v` both sides allow.
 ///
 /// A step in q' is a velocity step within one servo tick: `|dq'| v / dt` of acceleration and
-/// `|dq'| v / dt^2` of jerk in the sampled motion; a step in q'' is `|dq''| v^2 / dt` of jerk; path
-/// acceleration a turned by a step in q' is `|dq'| a / dt`. All must fit into the share of the axis' jerk set aside for joints, or the axis' configured corner
-/// velocity step must cover the first.
+/// `|dq'| v / dt^2` of jerk in the sampled motion; a step in q'' is [`SAMPLED_STEP`] `|dq''| v^2 / dt` of jerk; path
+/// acceleration a turned by a step in q' is `|dq'| a / dt`. All must fit into the share of the axis' jerk set aside for
+/// joints, or the axis' configured corner velocity step must cover the first.
 #[must_use]
 pub fn joint(
     config: &Config,
@@ -131,7 +230,7 @@ pub fn joint(
     let mut allowed = v;
     for a in 0..AXES {
         let step1 = (after.first[a] - before.first[a]).abs();
-        let step2 = (after.second[a] - before.second[a]).abs();
+        let step2 = SAMPLED_STEP * (after.second[a] - before.second[a]).abs();
         // Path acceleration changes its direction with the tangent, too. A kink that turns the largest acceleration into
         // more than the share leaves nothing for passing at speed.
         let turned = step1 * config.axes[a].a_max * hz;
@@ -153,20 +252,26 @@ pub fn joint(
     }
     if allowed < STOP_SHARE * v {
         // The joint is a stop: nothing is passed, nothing is taken.
-        return Joint {
-            v: 0.0,
-            cost: JointCost::default(),
-        };
+        return Joint::STOP;
     }
     let mut cost = JointCost::default();
+    let mut j = f32::MAX;
     for a in 0..AXES {
         let step1 = (after.first[a] - before.first[a]).abs();
-        let step2 = (after.second[a] - before.second[a]).abs();
-        let share = JOINT_SHARE * axis_jerk(config, a, soft);
+        let step2 = SAMPLED_STEP * (after.second[a] - before.second[a]).abs();
+        let limit = axis_jerk(config, a, soft);
         cost.a[a] = (step1 * allowed * hz).min(0.5 * config.axes[a].a_max);
         let turned = step1 * config.axes[a].a_max * hz;
         cost.j[a] =
-            (turned + step1 * allowed * hz * hz + step2 * allowed * allowed * hz).min(share);
+            (turned + step1 * allowed * hz * hz + step2 * allowed * allowed * hz).min(JOINT_SHARE * limit);
+        let along = before.first[a].abs().max(after.first[a].abs());
+        if along > 0.0 {
+            j = j.min((limit - cost.j[a]) / along);
+        }
     }
-    Joint { v: allowed, cost }
+    Joint {
+        v: allowed,
+        j,
+        cost,
+    }
 }
