@@ -17,6 +17,8 @@ const JOINT_SHARE: f32 = 0.7;
 /// A step in the second derivative falls between two ticks; the third difference sees at most this share of it at once
 /// (a step at the fraction f of a tick is seen as (1-f)^2/2, 1/2 + f - f^2 and f^2/2 in three successive ticks).
 const SAMPLED_STEP: f32 = 0.75;
+/// Room for rounding below every velocity limit.
+const ROUNDING: f32 = 5.0e-5;
 /// A joint slower than this share of the feed becomes an exact stop.
 const STOP_SHARE: f32 = 0.02;
 
@@ -161,7 +163,7 @@ pub fn velocity_limit(
             ));
         }
     }
-    v
+    (1.0 - ROUNDING) * v
 }
 
 /// Limits inside a segment whose largest velocity is `v`, with what its joints already take.

@@ -311,7 +311,12 @@ impl<'a> Planner<'a> {
                 return true;
             }
         }
-        match view.decide() {
+        let decision = view.decide();
+        #[cfg(not(target_os = "none"))]
+        if std::env::var_os("PLANDBG").is_some() {
+            std::eprintln!("DBG t={} n={} {} -> {:?}", self.planned, self.first.wrapping_add(self.cursor as u32), view.debug(), decision);
+        }
+        match decision {
             Decision::Go(jerk, ticks) => self.emit(config, &[(jerk, ticks)], PieceEnd::Continue),
             Decision::Land { phases, stop } => {
                 let number = self.first.wrapping_add(stop as u32);

@@ -14,20 +14,26 @@ use crate::interpolator::{widen, PathState, T_FRAC};
 /// Longest piece, ticks.
 const TICKS_MAX: u32 = 10;
 
-/// Acceleration below this share of the limit counts as none: what rounding leaves after a manoeuvre.
-const NO_ACCELERATION: f32 = 1.0e-5;
+/// Acceleration counts as none if it is below this share of what one tick of jerk changes.
+const NO_ACCELERATION: f32 = 0.1;
 
 /// From this share of the velocity limit on the motion cruises: closing the rest would only dither.
-const CRUISE: f32 = 1.0 - 1.0e-5;
+const CRUISE: f32 = 1.0 - 5.0e-5;
 
 /// Slack on comparisons, relative.
-const SLACK: f32 = 1.0 + 2.0e-6;
+const SLACK: f32 = 1.0 + 5.0e-5;
 
 /// Halvings of the range of jerks.
 const HALVINGS: u32 = 8;
 
 /// Steps in which a prediction lets go of the acceleration within one node.
 const STEPS: f32 = 4.0;
+
+/// Steps after which a prediction that has not ended counts as unsafe.
+const PREDICTIONS: u32 = 400;
+
+/// Share of the phases around the peak of deceleration that is flattened; the jerk grows by its square.
+const PEAK: f32 = 0.04;
 
 const UNIT: f32 = (1_u128 << T_FRAC) as f32;
 
@@ -79,16 +85,27 @@ struct Motion {
 }
 
 impl View<'_> {
-    /// The state; its velocity is that of the last half tick, the motion's is half a tick further.
+    /// The state as a motion continuous in time.
+    ///
+    /// The differences of a tick belong to places between ticks: acceleration to the tick before, velocity to half a tick
+    /// before. All of it together is the motion one tick ago, on the same curve.
     fn motion(&self) -> Motion {
-        let left = widen(self.nodes.get(self.cursor).length_q) - self.state.s;
+        let left = widen(self.nodes.get(self.cursor).length_q) - self.state.s + self.state.v;
         let a = self.state.a as f32 / UNIT * self.hz * self.hz;
         Motion {
             node: self.cursor,
             left: left as f32 / UNIT,
-            v: self.state.v as f32 / UNIT * self.hz + 0.5 * a / self.hz,
+            v: self.state.v as f32 / UNIT * self.hz - 0.5 * a / self.hz,
             a,
         }
+    }
+
+    #[cfg(not(target_os = "none"))]
+    pub fn debug(&self) -> std::string::String {
+        let m = self.motion();
+        let node = self.nodes.get(m.node);
+        let c = self.ceiling_at(&m);
+        std::format!("left {:.5}/{:.5} v {:.4} a {:.2} | ceil v {:.4} d {:.2} | cap {:.3} A {:.1} J {:.0} exit v {:.3} j {:.0} stop {} last {} stopahead {:?}", m.left, node.length, m.v, m.a, c.v, c.d, node.limits.v, node.limits.acceleration(m.v), node.limits.jerk(m.v, m.a), node.exit_v, node.exit_j, node.stop, self.last - self.cursor, self.stop_ahead().map(|s| (s.distance, s.v, s.limits)))
     }
 
     /// The ceiling at the end of node `index`.
@@ -144,23 +161,24 @@ impl View<'_> {
         if at.v < 0.0 {
             return false;
         }
-        loop {
+        for _ in 0..PREDICTIONS {
             let ceiling = self.ceiling_at(&at);
             if at.v > ceiling.v * SLACK {
                 return false;
             }
-            if at.a <= -ceiling.d || at.v <= 0.0 {
+            let node = self.nodes.get(at.node);
+            let jerk = PREDICTED * node.limits.jerk(at.v, at.a);
+            // A small part of what a tick changes.
+            if at.a <= 0.05 * jerk / self.hz - ceiling.d || at.v <= 0.0 {
                 return true;
             }
             // Let go for a part of the time it takes, at most to the end of the node.
-            let node = self.nodes.get(at.node);
             let limit = node.limits.acceleration(at.v);
             if at.a > limit * 1.001 {
                 return false;
             }
-            let jerk = PREDICTED * node.limits.jerk(at.v, at.a);
             let whole = (at.a + ceiling.d) / jerk;
-            let part = whole.min(limit / (STEPS * jerk)).max(0.5 / self.hz);
+            let part = whole.min((at.a.max(0.1 * limit) / (STEPS * jerk)).max(0.5 / self.hz));
             let covered = part * (at.v + part * (0.5 * at.a - part * jerk * (1.0 / 6.0)));
             if covered < at.left {
                 at.left -= covered;
@@ -178,6 +196,7 @@ impl View<'_> {
             at.node += 1;
             at.left = self.nodes.get(at.node).length;
         }
+        false
     }
 
     /// Runs `jerk` (path units / s^3) for `time` and says where that leads, or `None` if a limit breaks on the way.
@@ -197,11 +216,6 @@ impl View<'_> {
         let mut passed = start.left;
         loop {
             let node = self.nodes.get(at.node);
-            // A joint counts in the ticks around it.
-            let near = at.left < 1.5 * v / self.hz;
-            if near && at.node < self.last && jerk.abs() > node.exit_j {
-                return None;
-            }
             if at.left >= 0.0 {
                 break;
             }
@@ -250,9 +264,9 @@ impl View<'_> {
         let start = self.motion();
         let node = self.nodes.get(start.node);
         let a_max = node.limits.acceleration(start.v);
-        let j_max = self.jerk_limit(&start, node);
+        let j_max = node.limits.jerk(start.v, start.a);
         let cruising =
-            start.v >= node.limits.v * CRUISE && start.a.abs() <= NO_ACCELERATION * a_max;
+            start.v >= node.limits.v * CRUISE && start.a.abs() <= NO_ACCELERATION * j_max / self.hz;
         // Short against the time the acceleration takes to build up.
         let steady = cruising || (start.a >= 0.999 * a_max && node.brisk);
         let scale = (a_max / j_max).min(crate::units::sqrt(start.v / j_max));
@@ -264,7 +278,12 @@ impl View<'_> {
         let mut ticks = most;
         loop {
             let time = ticks as f32 / self.hz;
-            let high = if cruising { 0.0 } else { j_max.min((a_max - start.a) / time) };
+            let j_max = j_max.min(self.joint_jerk(&start, time));
+            let high = if cruising {
+                -start.a / time
+            } else {
+                j_max.min((a_max - start.a) / time).max(-j_max)
+            };
             // Acceleration must be gone again before the motion is.
             let low = (-j_max)
                 .max((-a_max - start.a) / time)
@@ -293,18 +312,25 @@ impl View<'_> {
                 return Decision::Go(self.units(jerk), ticks);
             }
             if ticks == 1 {
-                return Decision::Go(self.units(low.min(high)), 1);
+                return Decision::Go(self.units(low.min(high).max(-j_max)), 1);
             }
             ticks = (ticks / 2).max(1);
         }
     }
 
-    /// Jerk allowed at `at`, joints close by included.
-    fn jerk_limit(&self, at: &Motion, node: &Node) -> f32 {
-        let mut jerk = node.limits.jerk(at.v, at.a);
-        let near = 1.5 * at.v / self.hz;
-        if node.length - at.left < near && at.node > 0 {
-            jerk = jerk.min(self.nodes.get(at.node - 1).exit_j);
+    /// Jerk allowed where joints are passed within `time`, or close to one.
+    fn joint_jerk(&self, at: &Motion, time: f32) -> f32 {
+        let close = 1.5 * at.v / self.hz;
+        let mut jerk = f32::MAX;
+        if at.node > 0 && self.nodes.get(at.node).length - at.left < close {
+            jerk = self.nodes.get(at.node - 1).exit_j;
+        }
+        let mut left = at.left - close - time * (at.v + 0.5 * at.a.max(0.0) * time);
+        let mut index = at.node;
+        while left < 0.0 && index < self.last {
+            jerk = jerk.min(self.nodes.get(index).exit_j);
+            index += 1;
+            left += self.nodes.get(index).length;
         }
         jerk
     }
@@ -338,10 +364,10 @@ impl View<'_> {
     fn try_land(&self, stop: &StopAhead) -> Option<Phases> {
         let m = self.motion();
         let PathLimits { a, j } = stop.limits;
-        let reach = |j: f32| brake(m.v, m.a, 0.0, a, j);
-        let (mut low, mut high) = (0.5 * j, j);
-        let distance = stop.distance;
-        if !(distance > 0.0) || reach(low).distance < distance || reach(high).distance > distance {
+        let reach = |share: f32| brake(m.v, m.a, 0.0, share * a, share * j);
+        let (mut low, mut high) = (0.5, 0.99);
+        let distance = stop.distance + m.v / self.hz;
+        if !(stop.distance > 0.0) || reach(low).distance < distance || reach(high).distance > distance {
             return None;
         }
         for _ in 0..14 {
@@ -352,7 +378,12 @@ impl View<'_> {
                 high = middle;
             }
         }
-        let time = reach(high).time;
+        let mut time = reach(high).time;
+        // Three jerks over a middle phase of next to nothing would have to be huge; flattening the peak costs little.
+        let flat = PEAK * time[0].min(time[2]);
+        if time[1] < 2.0 * flat {
+            time = [time[0] - flat, time[1] + 2.0 * flat, time[2] - flat];
+        }
         let whole = time.map(|t| (libm::roundf(t * self.hz) as u32).max(1));
         for [x, y, z] in [
             [0, 0, 0],
@@ -364,6 +395,10 @@ impl View<'_> {
             [2, 1, 2],
         ] {
             let ticks = [whole[0] + x, whole[1] + y, whole[2] + z];
+            #[cfg(not(target_os = "none"))]
+            if std::env::var_os("PLANDBG").is_some() {
+                std::eprintln!("DBG   land {ticks:?} {:?}", land(&self.state, stop.distance_q, ticks).map(|p| (p, self.follow(&p, stop.index))));
+            }
             if let Some(phases) = land(&self.state, stop.distance_q, ticks) {
                 if self.follow(&phases, stop.index).is_some() {
                     return Some(phases);
