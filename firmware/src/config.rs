@@ -142,6 +142,9 @@ impl Config {
     /// Returns `None` if the result leaves the range of [`Steps`].
     #[must_use]
     pub fn steps_from_nano(&self, axis: usize, nano: Nano) -> Option<Steps> {
+        if let Some(steps) = self.steps_from_near(axis, nano) {
+            return Some(steps);
+        }
         // In whole units and rests, all of one sign: 64 bits hold every product, and a division of 128 is 3000 instructions.
         let unit = NANO_PER_UNIT;
         let per_unit = self.axes[axis].steps_per_unit.to_bits();
@@ -154,6 +157,34 @@ impl Config {
             .checked_add(part)?
             .checked_add((small + half) / unit)
             .map(Steps::from_bits)
+    }
+
+    /// [`Config::steps_from_nano`] for coordinates up to 274 877 units on an axis of less than 2048 steps per unit, in 32-bit
+    /// divisions by a constant, which are multiplications: a division of 64 bits is 130 instructions. `None` beyond.
+    #[inline]
+    fn steps_from_near(&self, axis: usize, nano: Nano) -> Option<Steps> {
+        // 10^6 = 2^6 * 5^6
+        const FIVES: u32 = 15_625;
+        let per_unit = self.axes[axis].steps_per_unit.to_bits();
+        let size = nano.unsigned_abs();
+        if size >> 38 != 0 || !(0..1 << 43).contains(&per_unit) {
+            return None;
+        }
+        let per_unit = per_unit as u64;
+        let whole = (size >> 6) as u32 / FIVES;
+        // the difference fits 32 bits though its terms do not
+        let rest = (size as u32).wrapping_sub(whole.wrapping_mul(NANO_PER_UNIT as u32));
+        // below 2^20 * 2^43, and digits of 16 bits of the quotient by 5^6
+        let part = (u64::from(rest) * per_unit + NANO_PER_UNIT as u64 / 2) >> 6;
+        let (high, low) = ((part >> 32) as u32, part as u32);
+        let middle = (high % FIVES) << 16 | low >> 16;
+        let last = (middle % FIVES) << 16 | low & 0xffff;
+        let quotient = (u64::from(high / FIVES) << 32)
+            + u64::from((middle / FIVES) << 16)
+            + u64::from(last / FIVES);
+        // below 2^19 * 2^43
+        let bits = (u64::from(whole) * per_unit + quotient) as i64;
+        Some(Steps::from_bits(if nano < 0 { -bits } else { bits }))
     }
 
     /// Indices of the first axis, second axis and normal of `plane`; `None` for a letter the machine does not have.
@@ -248,7 +279,9 @@ pub(crate) mod tests {
             nano in proptest::num::i64::ANY,
             shift in 0_u32..40,
             per_unit in 1_i64..1 << 50,
+            coarser in 0_u32..50,
         ) {
+            let per_unit = (per_unit >> coarser).max(1);
             let mut config = test_config();
             config.axes[2].steps_per_unit = Steps::from_bits(per_unit);
             let nano = nano >> shift;

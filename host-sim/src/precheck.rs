@@ -83,7 +83,7 @@ impl<'a> Road<'a> {
                 self.end_curve()?;
                 let mut passed = Ok(());
                 if command == Command::ProgramEnd {
-                    passed = self.compensator.finish(self.config);
+                    passed = self.compensator.finish(self.config, &mut || {});
                 }
                 passed
                     .and_then(|()| self.compensator.push_command(self.config, command))
@@ -99,7 +99,7 @@ impl<'a> Road<'a> {
             self.end_curve()?;
         }
         self.compensator
-            .finish(self.config)
+            .finish(self.config, &mut || {})
             .map_err(|error| wrong_offset(&error))?;
         self.drain()
     }
@@ -117,7 +117,7 @@ impl<'a> Road<'a> {
     /// Lets everything finished go down the road, the lower end first.
     fn drain(&mut self) -> Result<(), Complaint> {
         loop {
-            match self.compensator.next(self.config) {
+            match self.compensator.next(self.config, &mut || {}) {
                 Ok(Some(Output::Segment(segment))) => {
                     self.drive(&segment)?;
                     continue;
@@ -128,7 +128,7 @@ impl<'a> Road<'a> {
             }
             if let Some(segment) = self.builder.next(self.config) {
                 self.compensator
-                    .push_segment(self.config, &segment)
+                    .push_segment(self.config, &segment, &mut || {})
                     .map_err(|error| wrong_offset(&error))?;
                 continue;
             }

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Checks a recorded run against the limits of its machine, by differentiating the commanded positions.
 
-    check_trace.py TRACE.csv SUMMARY.json [--brisk] [--tolerance PERCENT]
+    check_trace.py TRACE.csv SUMMARY.json [--brisk] [--tolerance PERCENT] [--jerk-tolerance PERCENT] [--machine FILE.toml]
 
 Shares no code with the simulator: positions are differenced as exact integers, then scaled.
 Checked: one row per servo tick; per-axis velocity, acceleration and jerk within the limits stated in
@@ -9,11 +9,16 @@ SUMMARY (0.5 % unless told); the maxima printed there agree with the trace; fina
 position rounded half up; the feed column is the speed of the linear axes (of the rotary axes where no
 linear axis moves). --brisk leaves the jerk out, for programs that use BRISK.
 
+--machine names the machine file, for its `corner_step`: where the executed block changes, an axis with a corner step may make
+that step of velocity, over and above its limits, within one servo tick (two differences share it). Everywhere else, and
+without --machine, nothing is granted. The last line names the limit that is used most, and where.
+
 Exit codes: 0 all hold, 1 a check failed, 2 the files cannot be read.
 """
 
 import argparse
 import sys
+import tomllib
 
 import numpy as np
 
@@ -44,29 +49,72 @@ def check_rows(trace, summary):
     return problems
 
 
-def check_limits(trace, summary, tolerance, brisk):
-    """Per-axis maxima against limits and against the summary; returns (table rows, problems)."""
+def corner_steps(path, summary):
+    """Velocity step each axis may make at a corner, in the order of the summary; zero without a machine file."""
+    if path is None:
+        return [0.0] * len(summary["axes"])
+    with open(path, "rb") as text:
+        steps = {axis["name"]: float(axis["corner_step"]) for axis in tomllib.load(text)["axis"]}
+    return [steps[axis["name"]] for axis in summary["axes"]]
+
+
+def near_corners(block):
+    """Rows whose third difference can see what happened when the block changed."""
+    at = np.flatnonzero(np.diff(block) != 0)
+    near = np.zeros(len(block), dtype=bool)
+    for shift in range(-1, 4):
+        near[np.clip(at + shift, 0, len(block) - 1)] = True
+    return near
+
+
+def check_corners(trace, summary, steps, near, tolerance):
+    """At a corner, the velocity may change by the corner step and what one tick of acceleration gives on either side."""
+    problems = []
+    hz = float(summary["servo_hz"])
+    velocity = differences(trace.position, 1) * hz / tr.SCALE
+    for a, axis in enumerate(summary["axes"]):
+        if steps[a] <= 0.0 or not near.any():
+            continue
+        v = velocity[:, a] / axis["steps_per_unit"]
+        # A step between two ticks shows in two neighbouring differences.
+        change = np.abs(v[2:] - v[:-2])
+        seen = np.where(near[2:], change, 0.0)
+        allowed = (steps[a] + 2.0 * axis["a_limit"] / hz) * (1.0 + tolerance)
+        row = int(np.argmax(seen)) + 2
+        if seen.max() > allowed:
+            problems.append(f"{axis['name']} velocity steps by {seen.max():.6g} at tick {trace.tick[row]}, {allowed:.6g} is allowed")
+    return problems
+
+
+def check_limits(trace, summary, tolerances, brisk, free):
+    """Per-axis maxima against limits and against the summary; returns (table rows, problems).
+
+    `tolerances` are for velocity, acceleration and jerk; `free` [row, axis] are rows whose acceleration and jerk are a
+    matter of `check_corners`.
+    """
     rows, problems = [], []
     hz = summary["servo_hz"]
     for label, limit_key, claim_key, order in ORDERS:
+        tolerance = tolerances[order - 1]
         delta = differences(trace.position, order)
-        where = np.argmax(np.abs(delta), axis=0)
+        judged = np.where(free, 0, delta) if order > 1 else delta
         for a, axis in enumerate(summary["axes"]):
-            row = int(where[a])
+            row = int(np.argmax(np.abs(judged[:, a])))
             per_step = hz**order / (tr.SCALE * axis["steps_per_unit"])
-            peak = abs(int(delta[row, a])) * per_step
+            peak = abs(int(judged[row, a])) * per_step
             limit, claim = axis[limit_key], axis[claim_key]
             counts = not (brisk and order == 3)
             over = counts and peak > limit * (1.0 + tolerance)
             # Ten printed decimals leave 2^(order-1) units of the last place in an n-th difference.
             floor = 2.0**order * per_step
-            lies = counts and abs(claim - peak) > tolerance * max(peak, limit * 1e-3) + floor
+            real = abs(int(np.abs(delta[:, a]).max())) * per_step
+            lies = counts and abs(claim - real) > tolerance * max(real, limit * 1e-3) + floor
             verdict = "OVER" if over else ("claim" if lies else ("-" if not counts else "ok"))
             rows.append((axis["name"], label, peak, limit, peak / limit, claim, int(trace.tick[row]), int(trace.block[row]), verdict))
             if over:
                 problems.append(f"{axis['name']} {label} {peak:.6g} exceeds {limit:.6g} at tick {trace.tick[row]}")
             if lies:
-                problems.append(f"{axis['name']} {label}: summary says {claim:.6g}, trace has {peak:.6g}")
+                problems.append(f"{axis['name']} {label}: summary says {claim:.6g}, trace has {real:.6g}")
     return rows, problems
 
 
@@ -124,21 +172,29 @@ def main():
     parser.add_argument("summary")
     parser.add_argument("--brisk", action="store_true", help="leave out the jerk")
     parser.add_argument("--tolerance", type=float, default=0.5, help="percent")
+    parser.add_argument("--jerk-tolerance", type=float, help="percent, on jerk; as --tolerance if not given")
+    parser.add_argument("--machine", help="machine file, for its corner steps")
     options = parser.parse_args()
     try:
         trace, summary = tr.read_trace(options.trace), tr.read_summary(options.summary)
-    except (OSError, ValueError, tr.BadTrace) as error:
+        steps = corner_steps(options.machine, summary)
+    except (OSError, ValueError, KeyError, tr.BadTrace) as error:
         print(error, file=sys.stderr)
         return 2
     share = options.tolerance / 100.0
+    jerk_share = share if options.jerk_tolerance is None else options.jerk_tolerance / 100.0
     problems = check_rows(trace, summary)
-    table, more = check_limits(trace, summary, share, options.brisk)
-    problems += more + check_final(trace, summary)
+    near = near_corners(trace.block)
+    free = near[:, None] & (np.array(steps) > 0.0)
+    table, more = check_limits(trace, summary, (share, share, jerk_share), options.brisk, free)
+    problems += more + check_corners(trace, summary, steps, near, share) + check_final(trace, summary)
     feed_off, more = check_feed(trace, summary, share, options.brisk)
     problems += more
     print(f"{'axis':4} {'':12} {'trace':>14} {'limit':>14} {'used':>8} {'summary':>14} {'tick':>9} {'block':>6}")
     for name, label, peak, limit, used, claim, tick, block, verdict in table:
         print(f"{name:4} {label:12} {peak:14.6f} {limit:14.4f} {used:8.2%} {claim:14.6f} {tick:9} {block:6} {verdict}")
+    name, label, *_, used, _, tick, block, _ = max((row for row in table if row[-1] != "-"), key=lambda row: row[4])
+    print(f"most used: {name} {label} {used:.2%} at tick {tick}, block {block}")
     print(f"rows {len(trace.tick)}, feed column off by at most {feed_off:.6f} mm/s")
     for problem in problems:
         print(f"FAIL {problem}")

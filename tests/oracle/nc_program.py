@@ -1,8 +1,8 @@
 """A tiny reader for the programs under examples/, written from the language description alone.
 
-In: a program file (sub-programs are looked for beside it). Out: a list of `Stretch`: straight lines, whole
-splines, and G6 cubics, with all coordinates absolute, in mm and degrees. It knows only what the examples
-use and raises on anything else.
+In: a program file (sub-programs are looked for beside it). Out: a list of `Stretch`: straight lines, arcs of
+the XY plane, whole splines, and G6 cubics, with all coordinates absolute, in mm and degrees. It knows only what
+the examples and the corpus use and raises on anything else.
 """
 
 import re
@@ -12,18 +12,18 @@ from pathlib import Path
 
 TOKEN = re.compile(
     r"(?P<word>ASPLINE|BSPLINE|CSPLINE|BAUTO|BNAT|BTAN|EAUTO|ENAT|ETAN|BRISK|SOFT)"
-    r"|(?P<name>SD|PL|PW|[A-Z])=?(?P<value>[+-]?(?:\d+\.?\d*|\.\d+)(?:E(?![A-Z])[+-]?\d+)?|\"[^\"]*\")"
+    r"|(?P<name>SD|PL|PW|TURN|[A-Z])=?(?P<value>[+-]?(?:\d+\.?\d*|\.\d+)(?:E(?![A-Z])[+-]?\d+)?|\"[^\"]*\")"
 )
 SPLINES = {"ASPLINE", "BSPLINE", "CSPLINE"}
 INCH = Fraction(254, 10)
-IGNORED = set("NFSTM")
+IGNORED = set("NSTM")
 
 
 @dataclass
 class Stretch:
     """A piece of path of one kind; `points` are the programmed points without the start point."""
 
-    kind: str  # "line", "ASPLINE", "BSPLINE", "CSPLINE", "G6"
+    kind: str  # "line", "arc", "ASPLINE", "BSPLINE", "CSPLINE", "G6"
     start: list  # Fractions, one per axis
     points: list = field(default_factory=list)
     begin: str = "BAUTO"
@@ -33,6 +33,11 @@ class Stretch:
     length: Fraction = Fraction(0)  # G6: I
     k: list = field(default_factory=list)  # G6: [K3, K2, K1] per axis
     line: str = ""
+    feed: Fraction | None = None  # as programmed, per minute, mm (degrees where no linear axis moves); None: rapid
+    exact: bool = False  # comes to rest at its end
+    centre: list = field(default_factory=list)  # arc: I and J, relative to the start
+    clockwise: bool = False
+    turns: int = 0  # arc: TURN
 
 
 def strip(line):
@@ -71,6 +76,7 @@ def read(path, axes):
     here = [Fraction(0)] * len(axes)
     mode, absolute, inch = "G1", True, False
     begin, end, degree = "BAUTO", "EAUTO", 3
+    speed, stops = Fraction(0), False
     out, pending = [], None
     for text in inlined(path):
         if not text or text.startswith("%"):
@@ -81,6 +87,7 @@ def read(path, axes):
             pending.k[next(pending_axes)] = [int(value) for _, value in words]
             continue
         given, interval, dwell, parameter = {}, None, False, None
+        across, turns, once, feed = Fraction(0), 0, False, None
         for name, value in words:
             if name in SPLINES:
                 mode = name
@@ -94,7 +101,7 @@ def read(path, axes):
                 interval = Fraction(value)
             elif name == "G":
                 number = int(value)
-                if number in (0, 1, 6):
+                if number in (0, 1, 2, 3, 6):
                     mode = f"G{number}"
                 elif number in (90, 91):
                     absolute = number == 90
@@ -102,12 +109,24 @@ def read(path, axes):
                     inch = number == 70
                 elif number == 4:
                     dwell = True
+                elif number == 9:
+                    once = True
+                elif number in (60, 64):
+                    stops = number == 60
             elif name in axes:
                 given[axes.index(name)] = Fraction(value)
             elif name == "I":
                 parameter = Fraction(value)
+            elif name == "J":
+                across = Fraction(value)
+            elif name == "TURN":
+                turns = int(value)
+            elif name == "F":
+                feed = Fraction(value)
             elif name not in IGNORED and name not in ("PW", "SOFT", "BRISK"):
                 raise ValueError(f"{name} in {text!r} is not known here")
+        if feed is not None and not dwell:
+            speed = feed * (INCH if inch else 1)
         if dwell or not given:
             continue
         target = list(here)
@@ -125,7 +144,14 @@ def read(path, axes):
                 out[-1].points.append(target)
                 out[-1].intervals.append(interval)
             out[-1].end = end
+        elif mode in ("G2", "G3"):
+            arc = Stretch("arc", here, [target], line=text, clockwise=mode == "G2", turns=turns)
+            arc.centre = [parameter or Fraction(0), across]
+            out.append(arc)
         elif target != here:
             out.append(Stretch("line", here, [target], line=text))
+        if out:
+            out[-1].feed = None if mode == "G0" else speed
+            out[-1].exact = stops or once
         here = target
     return out

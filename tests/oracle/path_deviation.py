@@ -80,6 +80,8 @@ def curve(stretches, linear):
     """Cubic pieces of the whole program: coefficients [piece, axis, power 3..0] over u in [0, 1]."""
     pieces = []
     for n, stretch in enumerate(stretches):
+        if stretch.kind == "arc":
+            raise ValueError(f"{stretch.line!r}: arcs are not covered here")
         if stretch.kind == "line":
             start, end = (np.array([float(v) for v in p]) for p in (stretch.start, stretch.points[0]))
             pieces.append(np.stack([0 * start, 0 * start, end - start, start], axis=1))

@@ -24,14 +24,14 @@ NAMES = "XYZAC"
 LIMITS = {"mm": (666.6667, 5000.0, 50000.0), "degree": (1.0, 5.0, 50.0)}
 
 
-def write(folder, positions, feed):
+def write(folder, positions, feed, block=None):
     """Writes a trace and a summary that tells the truth about `positions` (mm, degree)."""
     bits = np.round(positions * 1000.0 * 1e10).astype(np.int64)
     with open(folder / "t.csv", "w", encoding="ascii") as out:
         out.write("tick,t_s,block,feed_mm_s," + ",".join(NAMES) + "\n")
         for i, row in enumerate(bits):
             cells = ",".join(f"{'-' if v < 0 else ''}{abs(v) // 10**10}.{abs(v) % 10**10:010}" for v in map(int, row))
-            out.write(f"{i + 1},{(i + 1) / HZ:.6f},1,{feed[i]:.9f},{cells}\n")
+            out.write(f"{i + 1},{(i + 1) / HZ:.6f},{1 if block is None else block[i]},{feed[i]:.9f},{cells}\n")
     axes = []
     for a, name in enumerate(NAMES):
         unit = "mm" if name in "XYZ" else "degree"
@@ -102,6 +102,38 @@ def limits(folder, failures):
     expect("jerk 1 % over the limit is seen", run(), 1, failures)
 
 
+def corners(folder, failures):
+    """check_trace on a square corner passed at speed, with and without a corner step in the machine file."""
+    machine = (EXAMPLES.parent / "machines" / "mcv1210.toml").read_text(encoding="utf-8")
+    (folder / "m.toml").write_text(machine.replace("corner_step = 0.0 ", "corner_step = 10.0"), encoding="utf-8")
+
+    def pass_at(speed, block):
+        """Up to `speed` along X, through the corner between two ticks, and down to rest along Y."""
+        there, v = jerk_move(20.0, 10_000.0)
+        top = int(np.argmax(v >= speed))
+        up, rate = there[:top], v[:top]
+        positions = np.zeros((2 * top + 20, 5))
+        positions[:top, 0] = up
+        positions[top:, 0] = up[-1]
+        # Y mirrors X; the corner lies on a tick.
+        positions[top - 1 : 2 * top - 1, 1] = up[-1] - up[::-1]
+        positions[2 * top - 1 :, 1] = up[-1]
+        feed = np.concatenate([rate, rate[-2::-1], np.zeros(21)])
+        write(folder, positions, feed, block=block(top, len(positions)))
+
+    two = lambda top, rows: np.where(np.arange(rows) < top, 1, 2)
+    one = lambda top, rows: np.ones(rows, dtype=int)
+    run = lambda *more: verdict(check_trace, folder / "t.csv", folder / "s.json", "--tolerance", "0.5", *more)
+    given = ("--machine", folder / "m.toml")
+    pass_at(8.0, two)
+    expect("a corner within the corner step passes", run(*given), 0, failures)
+    expect("the same without a corner step is seen", run(), 1, failures)
+    pass_at(8.0, one)
+    expect("the same within a block is seen", run(*given), 1, failures)
+    pass_at(14.0, two)
+    expect("a corner beyond the corner step is seen", run(*given), 1, failures)
+
+
 def deviation(folder, failures):
     """path_deviation on the thesis C-spline, sampled along its own length."""
     program = EXAMPLES / "thesis" / "CSPLINE_57.MPF"
@@ -131,6 +163,7 @@ def main():
     failures = []
     with tempfile.TemporaryDirectory() as name:
         limits(Path(name), failures)
+        corners(Path(name), failures)
         deviation(Path(name), failures)
     return 1 if failures else 0
 

@@ -307,7 +307,7 @@ impl Parts<'_> {
         }
         let (result, work) = self.meter.count(|| {
             if *command == Command::ProgramEnd {
-                self.compensator.finish(self.config)?;
+                self.compensator.finish(self.config, &mut || {})?;
             }
             self.compensator.push_command(self.config, *command)
         });
@@ -325,7 +325,7 @@ impl Parts<'_> {
             let config = self.config;
             let (result, work) = self
                 .meter
-                .count(|| self.compensator.push_segment(config, &next));
+                .count(|| self.compensator.push_segment(config, &next, &mut || {}));
             self.offset.add(work);
             self.errors += u64::from(result.is_err());
             self.compensated();
@@ -336,7 +336,9 @@ impl Parts<'_> {
     /// Takes what the compensation lets go.
     fn compensated(&mut self) {
         loop {
-            let (next, work) = self.meter.count(|| self.compensator.next(self.config));
+            let (next, work) = self
+                .meter
+                .count(|| self.compensator.next(self.config, &mut || {}));
             self.offset.sum += u64::from(work);
             match next {
                 Ok(Some(Output::Segment(next))) => self.segment(&next),

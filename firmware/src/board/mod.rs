@@ -7,6 +7,8 @@ pub mod guard;
 pub mod ring;
 pub mod trace;
 
+#[cfg(all(target_os = "none", feature = "stm32f4"))]
+mod copy;
 #[cfg(all(target_os = "none", feature = "stm32f4", feature = "qemu"))]
 #[path = "emulated.rs"]
 pub mod hardware;

@@ -7,6 +7,7 @@
 use heapless::Vec;
 
 use super::offset::{cross, norm, sub, Shape, Span};
+use super::Meanwhile;
 
 /// Pairs of spans looked at before what has been found must do: coincident curves would never end.
 const BUDGET: u32 = 400;
@@ -41,12 +42,18 @@ pub(super) struct Part<'a> {
 /// The crossing of the end of `a` with the start of `b` that removes the least path, or `None`.
 ///
 /// Crossings whose sine is below `least_turn` do not count.
-pub(super) fn intersect(a: &Part, b: &Part, least_turn: f64) -> Option<Crossing> {
+pub(super) fn intersect(
+    a: &Part,
+    b: &Part,
+    least_turn: f64,
+    meanwhile: Meanwhile,
+) -> Option<Crossing> {
     let mut stack: Vec<[[f64; 2]; 2], DEPTH> = Vec::new();
     let _ = stack.push([a.range, b.range]);
     let mut best: Option<Crossing> = None;
     let mut left = BUDGET;
     while let Some([ra, rb]) = stack.pop() {
+        meanwhile();
         left = left.saturating_sub(1);
         if left == 0 {
             break;

@@ -34,6 +34,10 @@ use offset::{cross, dot, norm, Point};
 use piece::{difference, steps, Kind, Piece, State};
 use window::{Item, Standstill, Window, RESERVE, WINDOW};
 
+/// What has to go on while a contour is worked out: called every few dozen points of a curve. Joining one piece may look at tens of
+/// thousands of them, which is longer than the planner is ahead.
+pub type Meanwhile<'a> = &'a mut dyn FnMut();
+
 /// One unit of the compensated path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[allow(clippy::large_enum_variant)]
@@ -76,6 +80,8 @@ pub struct Compensator {
     sealed: usize,
     incoming: Option<Incoming>,
     emission: Option<Emission>,
+    /// A segment on its way through while nothing is compensated and the window is empty.
+    passing: Option<PathSegment>,
 }
 
 impl Default for Compensator {
@@ -96,6 +102,7 @@ impl Compensator {
             sealed: 0,
             incoming: None,
             emission: None,
+            passing: None,
         }
     }
 
@@ -107,12 +114,14 @@ impl Compensator {
         self.sealed = 0;
         self.incoming = None;
         self.emission = None;
+        self.passing = None;
     }
 
     /// True while output waits that [`Compensator::next`] gives without further input; nothing may be pushed then.
     #[must_use]
     pub fn is_full(&self) -> bool {
-        self.incoming.is_some()
+        self.passing.is_some()
+            || self.incoming.is_some()
             || self.emission.is_some()
             || self.sealed > 0
             || self.window.items.len() > WINDOW - RESERVE
@@ -121,7 +130,10 @@ impl Compensator {
     /// True while anything taken has not been handed out.
     #[must_use]
     pub fn has_pending(&self) -> bool {
-        self.incoming.is_some() || self.emission.is_some() || !self.window.items.is_empty()
+        self.passing.is_some()
+            || self.incoming.is_some()
+            || self.emission.is_some()
+            || !self.window.items.is_empty()
     }
 
     /// Takes the next segment of the path. [`Compensator::next`] must have been called until it gave `None`.
@@ -133,6 +145,22 @@ impl Compensator {
         &mut self,
         config: &Config,
         segment: &PathSegment,
+        meanwhile: Meanwhile,
+    ) -> Result<(), CompensationError> {
+        if segment.cutter.side == Side::On && self.mode == Mode::Off && !self.has_pending() {
+            self.passing = Some(*segment);
+            return Ok(());
+        }
+        self.take(config, segment, meanwhile)
+    }
+
+    /// [`Compensator::push_segment`] of what has to go through the window.
+    #[inline(never)]
+    fn take(
+        &mut self,
+        config: &Config,
+        segment: &PathSegment,
+        meanwhile: Meanwhile,
     ) -> Result<(), CompensationError> {
         let fail = |kind| CompensationError {
             block: segment.block,
@@ -154,9 +182,10 @@ impl Compensator {
                 if self.window.open {
                     let by = difference(config, &segment.segment.start, &segment.segment.end);
                     // If not, `end` says why.
-                    self.window.leave(config, axes.map(|axis| by[axis]));
+                    self.window
+                        .leave(config, axes.map(|axis| by[axis]), meanwhile);
                 }
-                self.end(config)?;
+                self.end(config, meanwhile)?;
                 self.mode = Mode::Leaving;
                 self.window.tail = None;
             }
@@ -203,7 +232,7 @@ impl Compensator {
             }
             InPlane::Straight => {
                 if continues {
-                    self.end(config)?;
+                    self.end(config, meanwhile)?;
                 }
                 self.cutter = *cutter;
                 self.window.axes = axes;
@@ -247,14 +276,18 @@ impl Compensator {
     ///
     /// # Errors
     /// The end of the contour cannot be reached by the tool; `NotDrained`.
-    pub fn finish(&mut self, config: &Config) -> Result<(), CompensationError> {
+    pub fn finish(
+        &mut self,
+        config: &Config,
+        meanwhile: Meanwhile,
+    ) -> Result<(), CompensationError> {
         if let Some(incoming) = &self.incoming {
             return Err(CompensationError {
                 block: incoming.path.block,
                 kind: CompensationErrorKind::NotDrained,
             });
         }
-        self.end(config)?;
+        self.end(config, meanwhile)?;
         if let Some(tail) = &mut self.window.tail {
             tail.ended = true;
         }
@@ -265,8 +298,32 @@ impl Compensator {
     ///
     /// # Errors
     /// The contour is refused; call [`Compensator::reset`].
-    pub fn next(&mut self, config: &Config) -> Result<Option<Output>, CompensationError> {
+    pub fn next(
+        &mut self,
+        config: &Config,
+        meanwhile: Meanwhile,
+    ) -> Result<Option<Output>, CompensationError> {
+        if let Some(path) = &self.passing {
+            self.at = path.segment.end;
+            let output = Output::Segment(*path);
+            self.passing = None;
+            return Ok(Some(output));
+        }
+        if !self.is_full() {
+            return Ok(None);
+        }
+        self.advance_window(config, meanwhile)
+    }
+
+    /// Next output of the window.
+    #[inline(never)]
+    fn advance_window(
+        &mut self,
+        config: &Config,
+        meanwhile: Meanwhile,
+    ) -> Result<Option<Output>, CompensationError> {
         loop {
+            meanwhile();
             if let Some(emission) = &mut self.emission {
                 match emission.next(config, &mut self.at) {
                     Ok(Some(segment)) => return Ok(Some(Output::Segment(segment))),
@@ -287,9 +344,9 @@ impl Compensator {
                     }
                 }
             } else if self.window.items.len() > WINDOW - RESERVE {
-                self.make_room(config)?;
+                self.make_room(config, meanwhile)?;
             } else if let Some(incoming) = self.incoming.take() {
-                self.advance(config, incoming)?;
+                self.advance(config, incoming, meanwhile)?;
             } else {
                 return Ok(None);
             }
@@ -297,7 +354,12 @@ impl Compensator {
     }
 
     /// Takes one piece of the incoming segment into the window.
-    fn advance(&mut self, config: &Config, incoming: Incoming) -> Result<(), CompensationError> {
+    fn advance(
+        &mut self,
+        config: &Config,
+        incoming: Incoming,
+        meanwhile: Meanwhile,
+    ) -> Result<(), CompensationError> {
         let Incoming { path, done } = incoming;
         let axes = self.window.axes;
         let whole = Piece::new(config, axes, &path, Kind::Contour, [done, 1.0]);
@@ -308,7 +370,7 @@ impl Compensator {
         } else {
             whole
         };
-        self.window.admit(config, piece, regular)?;
+        self.window.admit(config, piece, regular, meanwhile)?;
         self.mode = Mode::On;
         if to < 1.0 {
             self.incoming = Some(Incoming { path, done: to });
@@ -317,8 +379,12 @@ impl Compensator {
     }
 
     /// The window has no room for the next piece: its front is final, or the contour cannot be followed.
-    fn make_room(&mut self, config: &Config) -> Result<(), CompensationError> {
-        if self.window.open && self.window.enter(config)? {
+    fn make_room(
+        &mut self,
+        config: &Config,
+        meanwhile: Meanwhile,
+    ) -> Result<(), CompensationError> {
+        if self.window.open && self.window.enter(config, meanwhile)? {
             return Ok(());
         }
         let last = self.window.last_live();
@@ -346,13 +412,13 @@ impl Compensator {
     }
 
     /// The contour ends here: everything in the window is final.
-    fn end(&mut self, config: &Config) -> Result<(), CompensationError> {
+    fn end(&mut self, config: &Config, meanwhile: Meanwhile) -> Result<(), CompensationError> {
         if self.mode == Mode::Approach {
             self.window.resolve_alone(config, &self.at);
             self.mode = Mode::On;
         }
         if self.window.open {
-            self.window.enter(config)?;
+            self.window.enter(config, meanwhile)?;
         }
         if self.window.open {
             return Err(self.window.blocked(config));

@@ -133,6 +133,8 @@ impl Shape {
 
     /// First and second derivative of the contour.
     fn derivatives(c: &[[f64; 4]; 2], u: f64) -> [Point; 2] {
+        #[cfg(test)]
+        super::tests::support::evaluated();
         [
             c.map(|[_, c1, c2, c3]| (3.0 * c3 * u + 2.0 * c2) * u + c1),
             c.map(|[_, _, c2, c3]| 6.0 * c3 * u + 2.0 * c2),

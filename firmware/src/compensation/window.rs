@@ -19,6 +19,7 @@ use super::error::{CompensationError, CompensationErrorKind, Place};
 use super::intersect::{intersect, Crossing, Part};
 use super::offset::{add, cross, dot, left, norm, sub, unit, Point};
 use super::piece::{mm, signed_radius, steps, Kind, Piece, State};
+use super::Meanwhile;
 use crate::config::Config;
 use crate::geometry::PathSegment;
 use crate::nc::command::{Auxiliary, Command};
@@ -167,6 +168,7 @@ impl Window {
         config: &Config,
         mut piece: Piece,
         regular: bool,
+        meanwhile: Meanwhile,
     ) -> Result<(), CompensationError> {
         let shape = piece.shape(config, self.axes);
         let whole = piece.whole();
@@ -190,7 +192,7 @@ impl Window {
                     .into_iter()
                     .flatten()
                 {
-                    self.join(config, part, true)?;
+                    self.join(config, part, true, meanwhile)?;
                 }
             }
             (Joint::Inner(angle), Some(_)) => piece.turn = angle as f32,
@@ -202,7 +204,7 @@ impl Window {
             ended: false,
         });
         if regular {
-            self.join(config, piece, !matches!(joint, Joint::Inner(_)))
+            self.join(config, piece, !matches!(joint, Joint::Inner(_)), meanwhile)
         } else {
             piece.state = State::Dropped;
             self.open = true;
@@ -268,14 +270,16 @@ impl Window {
         config: &Config,
         mut piece: Piece,
         continues: bool,
+        meanwhile: Meanwhile,
     ) -> Result<(), CompensationError> {
         let neighbour = !self.open;
         if !(continues && neighbour) {
             let mut met = false;
             for index in (0..self.items.len()).rev() {
                 let newest = Some(index) == self.last_live();
-                if let Some(crossing) = self.meet(config, index, &piece, CUT) {
-                    if self.cut(config, index, &mut piece, &crossing, neighbour && newest)? {
+                if let Some(crossing) = self.meet(config, index, &piece, CUT, meanwhile) {
+                    let neighbours = neighbour && newest;
+                    if self.cut(config, index, &mut piece, &crossing, neighbours, meanwhile)? {
                         met = true;
                         break;
                     }
@@ -291,10 +295,10 @@ impl Window {
         // consequence.
         if let Some(last) = self.last_live() {
             for index in (0..last).rev() {
-                let Some(crossing) = self.meet(config, index, &piece, CROSSING) else {
+                let Some(crossing) = self.meet(config, index, &piece, CROSSING, meanwhile) else {
                     continue;
                 };
-                if !self.cut(config, index, &mut piece, &crossing, false)? {
+                if !self.cut(config, index, &mut piece, &crossing, false, meanwhile)? {
                     let at = piece.shape(config, self.axes).at(crossing.v, piece.whole());
                     let kind = CompensationErrorKind::Bottleneck {
                         place: place(&piece, at.contour),
@@ -313,6 +317,7 @@ impl Window {
         index: usize,
         piece: &Piece,
         least_turn: f64,
+        meanwhile: Meanwhile,
     ) -> Option<Crossing> {
         let before = self.live(index)?;
         let apart = (0..2).any(|k| {
@@ -339,6 +344,7 @@ impl Window {
                 range: range_b,
             },
             least_turn,
+            meanwhile,
         );
         if found.is_some() || least_turn > CUT {
             return found;
@@ -368,6 +374,7 @@ impl Window {
         piece: &mut Piece,
         crossing: &Crossing,
         neighbours: bool,
+        meanwhile: Meanwhile,
     ) -> Result<bool, CompensationError> {
         let Some(before) = self.live(index) else {
             return Ok(false);
@@ -376,7 +383,7 @@ impl Window {
         let shape = piece.shape(config, self.axes);
         let at = shape.at(crossing.v, piece.whole()).centre;
         if !(neighbours && before.straight && piece.straight) {
-            let mut ring = Ring::new(at);
+            let mut ring = Ring::new(at, meanwhile);
             ring.cover(
                 config,
                 self.axes,
@@ -450,7 +457,7 @@ impl Window {
     /// of it is longer than [`LEAD`] times the tool's radius.
     ///
     /// A spline with `ETAN` turns into the way home within its last points; the tool leaves the contour there.
-    pub fn leave(&mut self, config: &Config, direction: Point) -> bool {
+    pub fn leave(&mut self, config: &Config, direction: Point, meanwhile: Meanwhile) -> bool {
         let Some(tail) = self.tail else {
             return false;
         };
@@ -459,6 +466,7 @@ impl Window {
         }
         let mut length = 0.0;
         for index in (0..self.items.len()).rev() {
+            meanwhile();
             let Some(Item::Piece(piece)) = self.items.get(index) else {
                 continue;
             };
@@ -467,7 +475,7 @@ impl Window {
                 length += self.contour(config, piece, piece.whole());
             } else if length > LEAD * radius {
                 return false;
-            } else if let Some(u) = self.last_clear(config, index, radius) {
+            } else if let Some(u) = self.last_clear(config, index, radius, meanwhile) {
                 let rest = [u, f64::from(piece.part[1])];
                 if length + self.contour(config, piece, rest) > LEAD * radius {
                     return false;
@@ -499,7 +507,11 @@ impl Window {
     ///
     /// # Errors
     /// What is behind that place cannot be followed.
-    pub fn enter(&mut self, config: &Config) -> Result<bool, CompensationError> {
+    pub fn enter(
+        &mut self,
+        config: &Config,
+        meanwhile: Meanwhile,
+    ) -> Result<bool, CompensationError> {
         let Some(Item::Approach(path, Some(_))) = self.items.first() else {
             return Ok(false);
         };
@@ -519,6 +531,7 @@ impl Window {
         }
         let mut length = 0.0;
         for index in 1..self.items.len() {
+            meanwhile();
             let Some(Item::Piece(piece)) = self.items.get(index) else {
                 return Ok(false);
             };
@@ -528,7 +541,7 @@ impl Window {
                 return Ok(false);
             }
             let found = match piece.state {
-                State::Swallowed => self.first_clear(config, index, radius),
+                State::Swallowed => self.first_clear(config, index, radius, meanwhile),
                 _ => None,
             };
             let Some(u) = found else {
@@ -553,7 +566,7 @@ impl Window {
                     Item::Piece(piece) if piece.state == State::Swallowed => {
                         piece.state = State::Live;
                         let continues = piece.turn == 0.0;
-                        self.join(config, *piece, continues)?;
+                        self.join(config, *piece, continues, meanwhile)?;
                         continue;
                     }
                     Item::Piece(_) => self.open = true,
@@ -567,13 +580,19 @@ impl Window {
     }
 
     /// The first place on the piece at `index` from which the tool is clear of all contour before it.
-    fn first_clear(&self, config: &Config, index: usize, radius: f64) -> Option<f64> {
+    fn first_clear(
+        &self,
+        config: &Config,
+        index: usize,
+        radius: f64,
+        meanwhile: Meanwhile,
+    ) -> Option<f64> {
         let Some(Item::Piece(piece)) = self.items.get(index) else {
             return None;
         };
         let (shape, whole) = (piece.shape(config, self.axes), piece.whole());
         let is_clear = |u: f64| {
-            let mut ring = Ring::new(shape.at(u, whole).centre);
+            let mut ring = Ring::new(shape.at(u, whole).centre, meanwhile);
             for item in self.items.iter().take(index) {
                 if let Item::Piece(before) = item {
                     ring.cover(config, self.axes, before, before.whole());
@@ -603,11 +622,17 @@ impl Window {
     }
 
     /// The last place on the live piece at `index` from which the tool is clear of all contour behind it.
-    fn last_clear(&self, config: &Config, index: usize, radius: f64) -> Option<f64> {
+    fn last_clear(
+        &self,
+        config: &Config,
+        index: usize,
+        radius: f64,
+        meanwhile: Meanwhile,
+    ) -> Option<f64> {
         let piece = self.live(index)?;
         let shape = piece.shape(config, self.axes);
         let is_clear = |u: f64| {
-            let mut ring = Ring::new(shape.at(u, piece.whole()).centre);
+            let mut ring = Ring::new(shape.at(u, piece.whole()).centre, meanwhile);
             ring.cover(config, self.axes, piece, [u, f64::from(piece.part[1])]);
             for item in self.items.iter().skip(index + 1) {
                 if let Item::Piece(behind) = item {
@@ -686,7 +711,7 @@ impl Window {
 
 /// The first of [`SAMPLES`] places on the way from `from` to `to` at which `holds`, moved back towards the place before
 /// it as far as it still does.
-fn first_that(holds: impl Fn(f64) -> bool, from: f64, to: f64) -> Option<f64> {
+fn first_that(mut holds: impl FnMut(f64) -> bool, from: f64, to: f64) -> Option<f64> {
     let at = |k: u32| from + (to - from) * f64::from(k) / f64::from(SAMPLES);
     let k = (0..=SAMPLES).find(|&k| holds(at(k)))?;
     let (mut good, mut bad) = (at(k), at(k.saturating_sub(1)));
@@ -733,23 +758,25 @@ fn place(piece: &Piece, at: Point) -> Place {
 }
 
 /// Distances of removed contour from the centre of the tool.
-struct Ring {
+struct Ring<'a> {
     centre: Point,
     least: f64,
     most: f64,
     /// Where it is farthest, and whose block that is.
     place: Point,
     block: u32,
+    meanwhile: Meanwhile<'a>,
 }
 
-impl Ring {
-    fn new(centre: Point) -> Self {
+impl<'a> Ring<'a> {
+    fn new(centre: Point, meanwhile: Meanwhile<'a>) -> Self {
         Self {
             centre,
             least: f64::INFINITY,
             most: 0.0,
             place: [0.0; 2],
             block: 0,
+            meanwhile,
         }
     }
 
@@ -771,6 +798,7 @@ impl Ring {
             // The corner itself is the end of its neighbours.
             return;
         }
+        (self.meanwhile)();
         let (shape, whole, block) = (piece.shape(config, axes), piece.whole(), piece.source.block);
         let point = |u: f64| shape.at(u, whole).contour;
         let (start, end) = (point(range[0]), point(range[1]));

@@ -163,14 +163,8 @@ impl SegmentBuilder {
             if let Some(segment) = self.queue.pop() {
                 return Some(segment);
             }
-            let result = if let Some(lazy) = &mut self.lazy {
-                lazy.advance(config, &mut self.queue).map(|goes_on| {
-                    if !goes_on {
-                        self.lazy = None;
-                    }
-                })
-            } else if self.bspline.is_draining() {
-                self.drain(config)
+            let result = if self.lazy.is_some() || self.bspline.is_draining() {
+                self.cut(config)
             } else if self.cubic.is_draining() {
                 self.cubic.drain(config, &mut self.queue)
             } else {
@@ -183,6 +177,18 @@ impl SegmentBuilder {
                 return None;
             }
         }
+    }
+
+    /// The next piece of what makes many segments. Apart, because the common kinds need nothing of its large frame.
+    #[inline(never)]
+    fn cut(&mut self, config: &Config) -> Result<(), GeometryError> {
+        let Some(lazy) = &mut self.lazy else {
+            return self.drain(config);
+        };
+        if !lazy.advance(config, &mut self.queue)? {
+            self.lazy = None;
+        }
+        Ok(())
     }
 
     /// Takes the next block. [`SegmentBuilder::next`] must have been called until it gave `None`.
@@ -229,7 +235,7 @@ impl SegmentBuilder {
                 let start = g6::smooth_start(start, self.queue.tail());
                 self.queue.emit(config, &self.position, &knot, start, end)?;
             }
-            Motion::Spline(spec) => self.spline(config, &spec, knot, &by)?,
+            Motion::Spline(spec) => self.spline(config, &spec, &knot, &by)?,
             Motion::Arc(arc) => {
                 let circle = Circle::new(config, &self.position, &knot.at, &arc).map_err(fail)?;
                 let timed = knot.timed(|| Some(circle.length(config)))?;
@@ -301,7 +307,7 @@ impl SegmentBuilder {
         &mut self,
         config: &Config,
         spec: &SplineSpec,
-        knot: Knot,
+        knot: &Knot,
         by: &AxisVec,
     ) -> Result<(), GeometryError> {
         let fail = |kind| knot.error(kind);
@@ -319,13 +325,13 @@ impl SegmentBuilder {
             (None, _) => Measure::Linear,
         };
         if chord.is_none() && spec.kind != SplineKind::BSpline {
-            self.rest_in_spline(spec, &knot, continues);
+            self.rest_in_spline(spec, knot, continues);
             return Ok(());
         }
         if !continues {
             // The polygon is tangent to a B-spline; how A and C begin is not known yet.
             let direction = (spec.kind == SplineKind::BSpline).then_some(*by);
-            self.complete_before(config, direction, &knot)?;
+            self.complete_before(config, direction, knot)?;
             let origin = Knot::origin(self.position);
             let begin = Boundary::resolve(config, spec.begin, self.queue.tail(), measure);
             match spec.kind {
@@ -351,9 +357,9 @@ impl SegmentBuilder {
         let result = match (spec.kind, chord) {
             (SplineKind::BSpline, _) => self
                 .bspline
-                .push(config, queue, knot, spec)
+                .push(config, queue, *knot, spec)
                 .and_then(|span| self.span(config, span)),
-            (SplineKind::Akima, Some(chord)) => self.akima.push(config, queue, knot, &chord),
+            (SplineKind::Akima, Some(chord)) => self.akima.push(config, queue, *knot, &chord),
             (SplineKind::Cubic, Some(chord)) => {
                 self.cubic.push(knot, &chord);
                 Ok(())

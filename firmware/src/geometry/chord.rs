@@ -23,12 +23,34 @@ pub(super) enum Measure {
 }
 
 /// Steps per mm (degree) of an axis, rounded as `to_num` rounds it; whole numbers, the usual case, in one instruction.
-fn per_unit(config: &Config, axis: usize) -> f32 {
+#[inline]
+pub(super) fn per_unit(config: &Config, axis: usize) -> f32 {
     let bits = config.axes[axis].steps_per_unit.to_bits();
     if bits as u32 == 0 {
         (bits >> 32) as i32 as f32
     } else {
-        bits as f32 * STEP_PER_BIT
+        steps(bits)
+    }
+}
+
+/// `bits` of [`Steps`] as steps: `bits as f32 * 2^-32`, without a call to the run-time library.
+#[inline]
+pub(super) fn steps(bits: i64) -> f32 {
+    let size = bits.unsigned_abs();
+    let (high, low) = ((size >> 32) as u32, size as u32);
+    let value = if high == 0 {
+        low as f32 * STEP_PER_BIT
+    } else {
+        // The leading 32 bits. Of those behind them only counts whether they are nothing: the rounding is at bit 8.
+        let shift = high.leading_zeros();
+        let leading = high << shift | (low >> 1) >> (31 - shift);
+        let lost = u32::from(low << shift != 0);
+        (leading | lost) as f32 * f32::from_bits((127 - shift) << 23)
+    };
+    if bits < 0 {
+        -value
+    } else {
+        value
     }
 }
 
@@ -45,7 +67,7 @@ pub(super) fn delta(
             .ok_or(GeometryErrorKind::OutOfRange { axis })?
             .to_bits();
         // Divided, not multiplied by the reciprocal: one rounding less, so round numbers stay round.
-        *value = bits as f32 * STEP_PER_BIT / per_unit(config, axis);
+        *value = steps(bits) / per_unit(config, axis);
     }
     Ok(out)
 }
@@ -74,10 +96,11 @@ pub(super) fn offset(
     Ok(out)
 }
 
-/// True if `at` moved by `by` is a position; the test for inner Bezier points.
-pub(super) fn in_range(config: &Config, axis: usize, at: Steps, by: f32) -> bool {
+/// True if `at` moved by `by` steps is a position; the test for inner Bezier points.
+#[inline]
+pub(super) fn in_range(at: Steps, by: f32) -> bool {
     // Whole steps: the range is hundreds of steps short of what a position can hold.
-    let steps = (at.to_bits() >> 32) as i32 as f32 + by * per_unit(config, axis);
+    let steps = (at.to_bits() >> 32) as i32 as f32 + by;
     steps.abs() <= RANGE_STEPS
 }
 
@@ -116,6 +139,12 @@ pub(super) fn measure(config: &Config, by: &AxisVec) -> Option<(Measure, f32)> {
     }
 }
 
+/// True if there is a length to [`measure`].
+#[inline]
+pub(super) fn moves(by: &AxisVec) -> bool {
+    by.iter().map(|value| value * value).sum::<f32>() > 0.0
+}
+
 /// A chord between two knots: how far, and the slope per unit of length.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Chord {
@@ -142,4 +171,24 @@ impl Chord {
 /// `f` of every axis of two vectors.
 pub(super) fn zip(a: &AxisVec, b: &AxisVec, f: impl Fn(f32, f32) -> f32) -> AxisVec {
     core::array::from_fn(|axis| f(a[axis], b[axis]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        /// The conversion of the language, rounded to nearest even, and a power of two.
+        #[test]
+        fn steps_are_the_nearest_single(bits: i64, shift in 0_u32..64, tie in 0_u32..40) {
+            let tied = (bits >> shift | 1) << (tie % (shift + 1));
+            // half a unit of the last place, and a little more far behind it
+            let more = bits & (0xff_ffff << 39) | 1 << 62 | 1 << 38 | 1;
+            for bits in [bits, bits >> shift, tied, more, i64::MIN, i64::MAX, 0] {
+                let nearest = bits as f32 * STEP_PER_BIT;
+                prop_assert_eq!(steps(bits).to_bits(), nearest.to_bits(), "{}", bits);
+            }
+        }
+    }
 }

@@ -85,7 +85,7 @@ impl CubicSpline {
         self.chords = 0;
         self.last = None;
         self.before = None;
-        self.append(origin);
+        self.append(&origin);
     }
 
     /// The newest knot.
@@ -94,7 +94,7 @@ impl CubicSpline {
     }
 
     /// Takes the next knot; `chord` leads to it from the one before. [`CubicSpline::drain`] what is ready first.
-    pub fn push(&mut self, knot: Knot, chord: &Chord) {
+    pub fn push(&mut self, knot: &Knot, chord: &Chord) {
         if let Some(last) = self.last {
             if self.chords == 1 {
                 self.open_row(&last, chord);
@@ -148,7 +148,9 @@ impl CubicSpline {
         queue: &mut SegmentQueue,
     ) -> Result<(), GeometryError> {
         self.ready = self.ready.saturating_sub(1);
-        let (Some(start), Some(end)) = (self.rows.pop_front(), self.rows.front()) else {
+        let mut rows = self.rows.iter();
+        let (Some(start), Some(end)) = (rows.next(), rows.next()) else {
+            self.rows.clear();
             return Ok(());
         };
         let (at, to) = (&start.knot.at, &end.knot);
@@ -157,13 +159,15 @@ impl CubicSpline {
         let slope_end = in_spline(self.axes, end.r.map(|m| m * start.h), &by);
         // A path that turns back on itself starts or ends at rest there: a line.
         let (slope_start, slope_end) = straighten(&by, slope_start, slope_end);
-        queue.emit(config, at, to, slope_start, slope_end)
+        let result = queue.emit_by(config, at, to, &by, slope_start, slope_end);
+        self.rows.pop_front();
+        result
     }
 
-    fn append(&mut self, knot: Knot) {
+    fn append(&mut self, knot: &Knot) {
         // Never full here: a full window makes the front ready, which is drained before the next knot.
         let _ = self.rows.push_back(Row {
-            knot,
+            knot: *knot,
             h: 0.0,
             c: 0.0,
             r: [0.0; AXES],

@@ -13,7 +13,7 @@ pub(super) fn emit(
     end: &Knot,
     by: &AxisVec,
 ) -> Result<(), GeometryError> {
-    queue.emit(config, start, end, *by, *by)
+    queue.emit_by(config, start, end, by, *by, *by)
 }
 
 /// `slope` on the axes whose bit is set in `axes`, the chord `by` on those that go linearly beside a spline.

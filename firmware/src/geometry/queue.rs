@@ -2,7 +2,7 @@
 
 use heapless::Deque;
 
-use super::chord::{delta, in_range, measure};
+use super::chord::{delta, in_range, measure, moves, per_unit};
 use super::error::{GeometryError, GeometryErrorKind};
 use super::fit;
 use super::segment::{HermiteSegment, PathSegment};
@@ -176,6 +176,20 @@ impl SegmentQueue {
         slope_start: AxisVec,
         slope_end: AxisVec,
     ) -> Result<(), GeometryError> {
+        let by = delta(config, start, &end.at).map_err(|kind| end.error(kind))?;
+        self.emit_by(config, start, end, &by, slope_start, slope_end)
+    }
+
+    /// [`SegmentQueue::emit`] for a caller who knows the difference `by` of the two points already.
+    pub fn emit_by(
+        &mut self,
+        config: &Config,
+        start: &Position,
+        end: &Knot,
+        by: &AxisVec,
+        slope_start: AxisVec,
+        slope_end: AxisVec,
+    ) -> Result<(), GeometryError> {
         let still = |slope: &AxisVec| slope.iter().all(|value| *value == 0.0);
         if *start == end.at && still(&slope_start) && still(&slope_end) {
             if end.exact_stop {
@@ -187,36 +201,43 @@ impl SegmentQueue {
             if !(slope_start[axis].is_finite() && slope_end[axis].is_finite()) {
                 return Err(end.error(GeometryErrorKind::NotFinite));
             }
-            if !in_range(config, axis, start[axis], slope_start[axis] / 3.0)
-                || !in_range(config, axis, end.at[axis], -slope_end[axis] / 3.0)
+            let per_unit = per_unit(config, axis);
+            if !in_range(start[axis], slope_start[axis] / 3.0 * per_unit)
+                || !in_range(end.at[axis], -slope_end[axis] / 3.0 * per_unit)
             {
                 return Err(end.error(GeometryErrorKind::OutOfRange { axis }));
             }
         }
-        let by = delta(config, start, &end.at).map_err(|kind| end.error(kind))?;
-        let end = &end.timed_by_cubic(config, &by, &slope_start, &slope_end)?;
-        self.out
-            .push_back(PathSegment {
-                segment: HermiteSegment {
-                    start: *start,
-                    end: end.at,
-                    slope_start,
-                    slope_end,
-                },
-                block: end.block,
-                feed: end.feed,
-                exact_stop: end.exact_stop,
-                soft: end.soft,
-                spline: end.spline,
-                cutter: end.cutter,
-            })
-            .map_err(|_| end.error(GeometryErrorKind::NotDrained))?;
-        self.tail = if measure(config, &slope_end).is_some() {
+        let feed = if end.inverse {
+            let timed = end.timed_by_cubic(config, by, &slope_start, &slope_end)?;
+            timed.feed
+        } else {
+            end.feed
+        };
+        if self.out.is_full() {
+            return Err(end.error(GeometryErrorKind::NotDrained));
+        }
+        // there is room
+        let _ = self.out.push_back(PathSegment {
+            segment: HermiteSegment {
+                start: *start,
+                end: end.at,
+                slope_start,
+                slope_end,
+            },
+            block: end.block,
+            feed,
+            exact_stop: end.exact_stop,
+            soft: end.soft,
+            spline: end.spline,
+            cutter: end.cutter,
+        });
+        self.tail = if moves(&slope_end) {
             Some(slope_end)
         } else {
             // P'(1) = 0 (a doubled last control point): the path leaves along -P''(1) = 6 (P1 - P0) - 2 P'(0).
             let away: AxisVec = core::array::from_fn(|axis| 3.0 * by[axis] - slope_start[axis]);
-            measure(config, &away).map(|_| away)
+            moves(&away).then_some(away)
         };
         Ok(())
     }

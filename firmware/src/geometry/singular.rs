@@ -38,7 +38,13 @@ pub(super) fn straighten(
     slope_start: AxisVec,
     slope_end: AxisVec,
 ) -> (AxisVec, AxisVec) {
-    let chord = norm(by);
+    let chord = dot(by, by);
+    // Twice the square of what is_still asks: no rounding matters, and most segments need no root.
+    let is_moving = |slope: &AxisVec| dot(slope, slope) > 2.0 * STILL * STILL * chord;
+    if is_moving(&slope_start) && is_moving(&slope_end) {
+        return (slope_start, slope_end);
+    }
+    let chord = sqrt(chord);
     let along = |slope: &AxisVec| dot(slope, by) / (chord * chord);
     let is_straight = |slope: &AxisVec| {
         let part = along(slope);

@@ -1,5 +1,6 @@
 //! Travel limits along a curve, not only at its ends.
 
+use super::chord::per_unit;
 use super::HermiteSegment;
 use crate::config::Config;
 use crate::units::{sqrt, Position, Steps, AXES, NANO_PER_UNIT};
@@ -61,6 +62,9 @@ impl TravelBounds {
             if start < low || start > high || end < low || end > high {
                 return true;
             }
+            if is_far_inside(config, a, [low, high], segment) {
+                return false;
+            }
             let unit = config.units_per_step(a);
             let Some(delta) = end.checked_sub(start) else {
                 return true;
@@ -86,6 +90,24 @@ impl TravelBounds {
             !(inside(q / (3.0 * c)) && inside(t0 / q))
         })
     }
+}
+
+/// True if the inner points of the Bezier hull of `axis` are inside `bounds` by more than the rounding of `f32`; then all
+/// of a curve is whose ends are. Nearly every curve is, and this asks for no root and no division of 64 bits.
+#[inline]
+fn is_far_inside(
+    config: &Config,
+    axis: usize,
+    bounds: [Steps; 2],
+    segment: &HermiteSegment,
+) -> bool {
+    let whole = |at: Steps| (at.to_bits() >> 32) as i32 as f32;
+    let third = per_unit(config, axis) * (1.0 / 3.0);
+    let first = whole(segment.start[axis]) + segment.slope_start[axis] * third;
+    let last = whole(segment.end[axis]) - segment.slope_end[axis] * third;
+    let slack = 2.0 + 1.0e-6 * (first.abs() + last.abs());
+    let (low, high) = (whole(bounds[0]) + slack, whole(bounds[1]) - slack);
+    first >= low && last >= low && first <= high && last <= high
 }
 
 /// [`TravelBounds::outside`] for a caller that asks once.

@@ -2,6 +2,7 @@
 
 use super::block::Block;
 use super::error::Fault;
+use super::modal::Modal;
 use super::number::Decimal;
 use super::values::coordinate;
 use crate::catalogue::nc as message;
@@ -16,28 +17,27 @@ const NO_OFFSETS: [Nano; AXES] = [0; AXES];
 /// Where absolute coordinates count from, in machine coordinates.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Frame<'a> {
-    zero: &'a [Nano; AXES],
+    /// Where they do without a tool.
+    pub zero: &'a [Nano; AXES],
     /// Axis that carries the tool length; [`AXES`] for none.
     normal: usize,
     length: Nano,
 }
 
 impl<'a> Frame<'a> {
-    /// Frame of a line under a tool of `length`: `G54` to `G57`, `G500`, `G53`, and the normal of the plane.
+    /// Frame of a line under a tool of `length`: `G54` to `G57`, `G500`, `G53` (`suppress`), and the normal of the plane.
     #[inline]
-    pub fn new(config: &'a Config, block: &Block, length: Nano) -> Self {
-        let offset = config
-            .zero_offsets
-            .get(usize::from(block.modal.zero_offset));
+    pub fn new(config: &'a Config, modal: &Modal, suppress: bool, length: Nano) -> Self {
+        let offset = config.zero_offsets.get(usize::from(modal.zero_offset));
         Self {
             zero: match offset {
-                Some(offset) if !block.suppress => offset,
+                Some(offset) if !suppress => offset,
                 _ => &NO_OFFSETS,
             },
             normal: if length == 0 {
                 AXES
             } else {
-                normal(config, block)
+                normal(config, modal)
             },
             length,
         }
@@ -56,8 +56,8 @@ impl<'a> Frame<'a> {
 }
 
 #[cold]
-fn normal(config: &Config, block: &Block) -> usize {
-    let [_, _, normal] = config.plane_axes(block.modal.plane);
+fn normal(config: &Config, modal: &Modal) -> usize {
+    let [_, _, normal] = config.plane_axes(modal.plane);
     normal.unwrap_or(AXES)
 }
 

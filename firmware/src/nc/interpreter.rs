@@ -24,8 +24,8 @@ use crate::units::{Nano, AXES};
 pub struct Interpreter {
     pub(super) modal: Modal,
     pub(super) position: [Nano; AXES],
-    axis_of: [u8; 26],
-    linear: u8,
+    pub(super) axis_of: [u8; 26],
+    pub(super) linear: u8,
     pub(super) tool: Option<Tool>,
     pub(super) tools: Tools,
     /// Side of the last block that moved.
@@ -116,7 +116,20 @@ impl Interpreter {
             if self.pass_over(text, label)? {
                 return Ok(());
             }
+        } else if self.plain(config, text, emit).is_some() {
+            return Ok(());
         }
+        self.general(config, text, emit)
+    }
+
+    /// Reads a line that may be anything, and acts on it.
+    #[inline(never)]
+    fn general(
+        &mut self,
+        config: &Config,
+        text: &[u8],
+        emit: &mut dyn FnMut(Command),
+    ) -> Result<(), NcError> {
         let before = Before {
             axis_of: &self.axis_of,
             modal: &self.modal,
@@ -303,7 +316,12 @@ impl Interpreter {
             self.commit(block, mounted, emit);
             return self.finish(config, block.misc, emit);
         }
-        let frame = Frame::new(config, block, self.length(block, mounted));
+        let frame = Frame::new(
+            config,
+            &block.modal,
+            block.suppress,
+            self.length(block, mounted),
+        );
         let target = target(config, block, &frame, &self.position)?;
         let mut motion = self.template(config, block, &target, mounted)?;
         match block.modal.mode {

@@ -3,7 +3,7 @@
 //! Touches [`crate::config`] (axis letters, zero offsets, tools, defaults) and nothing further down the road. A line
 //! passes `lexer` and `phrase` (words and their places), `block` and `action` (what the line says, by the rows of `table`)
 //! and [`Interpreter`] (what it means where the program stands), with `motion`, `frames`, `tools`, `values`, `special`,
-//! `g6` and `jump` for its parts. A line is read to its end before anything of it acts: an [`NcError`] leaves the state as it was before
+//! `g6` and `jump` for its parts; a line of plain coordinates takes a short way, `plain`. A line is read to its end before anything of it acts: an [`NcError`] leaves the state as it was before
 //! the line and emits nothing of it.
 //!
 //! [`Interpreter::set_dialect`] chooses between this language (Sinumerik), the same with `G06.2` (Fanuc, see `fanuc`), and
@@ -69,6 +69,7 @@ mod motion;
 mod number;
 pub mod parameters;
 mod phrase;
+mod plain;
 mod special;
 mod table;
 #[cfg(test)]

@@ -6,7 +6,7 @@ use super::command::{Arc, Centre, Polynomial, SplineKind, SplineSpec};
 use super::error::Fault;
 use super::frames::{shifted, Frame};
 use super::lexer::letter_bit;
-use super::modal::{Lists, DENOMINATOR};
+use super::modal::{Lists, Modal, DENOMINATOR};
 use super::table::{Group, Mode};
 use super::values::{coordinate, refuse};
 use crate::catalogue::{nc as message, Message};
@@ -192,18 +192,28 @@ pub(super) fn spline(
             tool_point = second_curve(config, block, frame)?;
         }
     }
-    let modal = &block.modal;
     Ok(SplineSpec {
+        interval,
+        weight: f32::from(weight) / 1.0e4,
+        tool_point,
+        ..spec(&block.modal, kind)
+    })
+}
+
+/// Spline state of a block whose words say nothing about it.
+#[inline]
+pub(super) fn spec(modal: &Modal, kind: SplineKind) -> SplineSpec {
+    SplineSpec {
         kind,
         begin: modal.begin,
         end: modal.end,
         degree: modal.degree,
-        interval,
-        weight: f32::from(weight) / 1.0e4,
+        interval: None,
+        weight: 1.0,
         first: modal.first,
         axes: modal.path,
-        tool_point,
-    })
+        tool_point: None,
+    }
 }
 
 /// `XH YH ZH` of a point of a B-spline.

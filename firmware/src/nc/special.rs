@@ -252,7 +252,12 @@ impl Interpreter {
         let mut out = None;
         let mut position = self.position;
         if begins || moves(block) {
-            let frame = Frame::new(config, block, self.length(block, mounted));
+            let frame = Frame::new(
+                config,
+                &block.modal,
+                block.suppress,
+                self.length(block, mounted),
+            );
             let target = target(config, block, &frame, &self.position)?;
             let template = self.template(config, block, &target, mounted)?;
             let number = |letter, value: Decimal| block.has(letter).then(|| value.to_f64());

@@ -34,7 +34,13 @@ pub enum Incoming {
 
 /// Sorts one byte.
 #[must_use]
+#[inline]
 pub fn classify(byte: u8) -> Incoming {
+    let code = u32::from(byte);
+    // The most of a program: `"` to `>`, that is signs and digits, and `@` to `}`.
+    if code.wrapping_sub(0x22) < 29 || code.wrapping_sub(0x40) < 62 {
+        return Incoming::Text;
+    }
     match byte {
         b'!' => Incoming::Event(Event::Hold),
         b'~' => Incoming::Event(Event::Resume),
@@ -51,14 +57,54 @@ pub fn is_realtime(byte: u8) -> bool {
     matches!(classify(byte), Incoming::Event(_) | Incoming::Status)
 }
 
+/// The receive buffer: bytes in the order they came in, from `front` round the end of the array.
+#[derive(Debug)]
+struct Text {
+    bytes: [u8; RECEIVE_SIZE],
+    front: usize,
+    count: usize,
+}
+
+impl Text {
+    const fn new() -> Self {
+        Self {
+            bytes: [0; RECEIVE_SIZE],
+            front: 0,
+            count: 0,
+        }
+    }
+
+    /// Stores `byte`; there must be room.
+    #[inline]
+    fn push(&mut self, byte: u8) {
+        self.bytes[(self.front + self.count) % RECEIVE_SIZE] = byte;
+        self.count += 1;
+    }
+
+    /// Takes the oldest byte; there must be one.
+    #[inline]
+    fn pop(&mut self) -> u8 {
+        let byte = self.bytes[self.front % RECEIVE_SIZE];
+        self.front = (self.front + 1) % RECEIVE_SIZE;
+        self.count -= 1;
+        byte
+    }
+}
+
 /// Receive and transmit buffers.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct Wire {
-    receive: Deque<u8, RECEIVE_SIZE>,
+    receive: Text,
     lines: usize,
     /// The byte before was `\r`.
     returned: bool,
     transmit: Deque<u8, TRANSMIT_SIZE>,
+}
+
+impl Default for Wire {
+    fn default() -> Self {
+        Self::new()
+    }
 }
 
 impl Wire {
@@ -66,7 +112,7 @@ impl Wire {
     #[must_use]
     pub const fn new() -> Self {
         Self {
-            receive: Deque::new(),
+            receive: Text::new(),
             lines: 0,
             returned: false,
             transmit: Deque::new(),
@@ -76,30 +122,43 @@ impl Wire {
     /// Bytes the receive buffer can still take.
     #[must_use]
     pub fn free(&self) -> usize {
-        RECEIVE_SIZE - self.receive.len()
+        RECEIVE_SIZE - self.receive.count
     }
 
     /// True if no text waits.
     #[must_use]
     pub fn is_empty(&self) -> bool {
-        self.receive.is_empty()
+        self.receive.count == 0
     }
 
     /// Stores one byte of text. A byte that does not fit is lost, as on any serial line; a sender that counts
     /// characters never gets there.
     ///
     /// `\r\n` is one end: the `\n` is dropped here, so that no empty line is answered or counted.
+    #[inline]
     pub fn receive(&mut self, byte: u8) {
+        if byte > b'\r' {
+            self.returned = false;
+            // the last place is kept for a line end
+            if self.receive.count < RECEIVE_SIZE - 1 {
+                self.receive.push(byte);
+            }
+            return;
+        }
+        self.receive_control(byte);
+    }
+
+    /// Stores a byte that may be a line end.
+    #[inline(never)]
+    fn receive_control(&mut self, byte: u8) {
         if core::mem::replace(&mut self.returned, byte == b'\r') && byte == b'\n' {
             return;
         }
         // Without room for its end a line would block the buffer for good: the last place is kept for one.
         let end = byte == b'\n' || byte == b'\r';
         if self.free() > 1 || (end && self.free() == 1) {
-            let stored = self.receive.push_back(if end { b'\n' } else { byte });
-            if stored.is_ok() && end {
-                self.lines += 1;
-            }
+            self.receive.push(if end { b'\n' } else { byte });
+            self.lines += usize::from(end);
         }
     }
 
@@ -116,7 +175,8 @@ impl Wire {
         }
         self.lines -= 1;
         let mut line = heapless::Vec::new();
-        while let Some(byte) = self.receive.pop_front() {
+        while self.receive.count > 0 {
+            let byte = self.receive.pop();
             if byte == b'\n' {
                 break;
             }
@@ -128,7 +188,7 @@ impl Wire {
 
     /// Forgets all text.
     pub fn clear(&mut self) {
-        self.receive.clear();
+        self.receive.count = 0;
         self.lines = 0;
         self.returned = false;
     }

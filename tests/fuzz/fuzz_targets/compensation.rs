@@ -54,7 +54,7 @@ struct Stage {
 impl Stage {
     fn drain(&mut self, config: &Config) {
         for _ in 0..SEGMENTS_MAX {
-            match self.compensator.next(config) {
+            match self.compensator.next(config, &mut || {}) {
                 Ok(Some(Output::Segment(path))) => {
                     check(config, &path.segment);
                     assert_eq!(path.segment.start, self.end, "a gap in the path");
@@ -77,7 +77,11 @@ impl Stage {
             return;
         }
         assert!(!self.compensator.is_full(), "drained and full");
-        if self.compensator.push_segment(config, path).is_err() {
+        if self
+            .compensator
+            .push_segment(config, path, &mut || {})
+            .is_err()
+        {
             self.failed = true;
             return;
         }
@@ -218,7 +222,7 @@ fuzz_target!(|input: Input| {
                 }
             }
             Block::Finish => {
-                if stage.compensator.finish(&config).is_err() {
+                if stage.compensator.finish(&config, &mut || {}).is_err() {
                     stage.failed = true;
                 } else {
                     stage.drain(&config);

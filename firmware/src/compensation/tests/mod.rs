@@ -5,4 +5,4 @@ mod curves;
 mod joints;
 mod modes;
 mod refusals;
-mod support;
+pub(super) mod support;

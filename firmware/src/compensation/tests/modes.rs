@@ -45,6 +45,34 @@ fn approach_and_retract_are_straight_and_normal() {
     assert_eq!(got, [[0.0, 2.0], [10.0, 2.0], [15.0, 7.0], [20.0, 7.0]]);
 }
 
+/// Looking for that place takes more evaluations than any joint; [`paced`] watches that they come in small portions.
+#[test]
+fn before_a_bend_into_the_retract_the_path_ends_where_the_tool_touches_the_end_of_the_contour() {
+    let g41 = cutter(Side::Left, 2.0);
+    // A quarter of a circle of 0.5 mm.
+    let slope = 1.5 * 0.552_284_75;
+    let path = run(
+        [-5.0, 2.0],
+        &[
+            line(1, [-5.0, 2.0], [0.0, 0.0], g41),
+            line(2, [0.0, 0.0], [20.0, 0.0], g41),
+            curve(3, [20.0, 0.0], [20.5, 0.5], [slope, 0.0], [0.0, slope], g41),
+            line(4, [20.5, 0.5], [20.5, 9.0], Cutter::OFF),
+        ],
+    );
+    let got: Vec<P> = path.iter().map(|s| xy(end(s))).collect();
+    let [first, last, home] = got[..] else {
+        panic!("{got:?}");
+    };
+    assert_eq!((first, home), ([0.0, 2.0], [20.5, 9.0]));
+    // 2 mm from (20.5, 0.5), at y = 2; the tool may come half a micrometre closer.
+    let x = 20.5 - f64::sqrt(2.0 * 2.0 - 1.5 * 1.5);
+    assert!(
+        last[1] == 2.0 && (0.0..1.0e-3).contains(&(last[0] - x)),
+        "{last:?}"
+    );
+}
+
 #[test]
 fn the_side_changes_on_a_straight_block() {
     let (g41, g42) = (cutter(Side::Left, 2.0), cutter(Side::Right, 2.0));
@@ -198,16 +226,16 @@ fn a_pause_is_survived_by_tangents_and_outer_corners_only() {
             line(1, [-5.0, 0.0], [0.0, 0.0], g),
             line(2, [0.0, 0.0], [10.0, 0.0], g),
         ] {
-            c.push_segment(&config, &s).unwrap();
+            c.push_segment(&config, &s, &mut || {}).unwrap();
             drain(&config, &mut c, &mut out).unwrap();
         }
-        c.finish(&config).unwrap();
+        c.finish(&config, &mut || {}).unwrap();
         drain(&config, &mut c, &mut out).unwrap();
         assert!(!c.has_pending());
         assert_eq!(segments(&out).len(), 2);
-        c.push_segment(&config, &line(3, [10.0, 0.0], [20.0, bend], g))
+        c.push_segment(&config, &line(3, [10.0, 0.0], [20.0, bend], g), &mut || {})
             .unwrap();
-        let result = drain(&config, &mut c, &mut out).and_then(|()| c.finish(&config));
+        let result = drain(&config, &mut c, &mut out).and_then(|()| c.finish(&config, &mut || {}));
         if survives {
             result.unwrap();
             drain(&config, &mut c, &mut out).unwrap();
@@ -275,16 +303,17 @@ fn a_long_contour_streams_and_does_not_depend_on_when_output_is_taken() {
     let mut early = 0;
     while waiting.peek().is_some() {
         if c.is_full() {
-            out.extend(c.next(&config).unwrap());
+            out.extend(c.next(&config, &mut || {}).unwrap());
         } else {
-            c.push_segment(&config, waiting.next().unwrap()).unwrap();
+            c.push_segment(&config, waiting.next().unwrap(), &mut || {})
+                .unwrap();
             early = early.max(out.len());
         }
     }
     assert!(early > 100, "it streams");
-    c.finish(&config).unwrap_or_default();
+    c.finish(&config, &mut || {}).unwrap_or_default();
     drain(&config, &mut c, &mut out).unwrap();
-    c.finish(&config).unwrap();
+    c.finish(&config, &mut || {}).unwrap();
     drain(&config, &mut c, &mut out).unwrap();
     assert_eq!(segments(&out)[1..], whole);
 }

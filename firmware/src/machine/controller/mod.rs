@@ -141,15 +141,24 @@ impl<'a> Controller<'a> {
     }
 
     /// One byte from the wire. Real-time bytes act at once and never take buffer space.
+    #[inline]
     pub fn receive(&mut self, byte: u8) {
         match classify(byte) {
-            Incoming::Event(event) => self.event(event),
-            Incoming::Status => self.status_due = true,
             Incoming::Text => {
                 self.received = true;
                 self.wire.receive(byte);
             }
-            Incoming::Nothing => {}
+            other => self.request(other),
+        }
+    }
+
+    /// What is no text.
+    #[inline(never)]
+    fn request(&mut self, incoming: Incoming) {
+        match incoming {
+            Incoming::Event(event) => self.event(event),
+            Incoming::Status => self.status_due = true,
+            Incoming::Text | Incoming::Nothing => {}
         }
     }
 
@@ -267,7 +276,9 @@ impl<'a> Controller<'a> {
         if let Some((command, wait)) = self.standstill {
             return self.stand_still(&command, wait, now);
         }
-        match self.compensator.next(self.config) {
+        // The interrupt must not run out of pieces while a contour is worked out.
+        let mut meanwhile = || while self.planner.advance(self.config) {};
+        match self.compensator.next(self.config, &mut meanwhile) {
             Ok(None) => {}
             Ok(Some(Output::Segment(next))) => return self.accept_segment(&next),
             Ok(Some(Output::Command(command))) => {
@@ -277,7 +288,11 @@ impl<'a> Controller<'a> {
             Err(error) => return self.refuse_compensation(&error),
         }
         if let Some(next) = self.builder.next(self.config) {
-            if let Err(error) = self.compensator.push_segment(self.config, &next) {
+            let mut meanwhile = || while self.planner.advance(self.config) {};
+            let taken = self
+                .compensator
+                .push_segment(self.config, &next, &mut meanwhile);
+            if let Err(error) = taken {
                 self.refuse_compensation(&error);
             }
             return true;
@@ -334,7 +349,8 @@ impl<'a> Controller<'a> {
             return true;
         }
         if self.compensator.has_pending() {
-            if let Err(error) = self.compensator.finish(self.config) {
+            let mut meanwhile = || while self.planner.advance(self.config) {};
+            if let Err(error) = self.compensator.finish(self.config, &mut meanwhile) {
                 self.refuse_compensation(&error);
             }
             return true;
@@ -401,7 +417,8 @@ impl<'a> Controller<'a> {
                 }
                 let mut passed = Ok(());
                 if *command == Command::ProgramEnd {
-                    passed = self.compensator.finish(self.config);
+                    let mut meanwhile = || while self.planner.advance(self.config) {};
+                    passed = self.compensator.finish(self.config, &mut meanwhile);
                 }
                 let passed =
                     passed.and_then(|()| self.compensator.push_command(self.config, *command));

@@ -8,6 +8,7 @@ mod functions;
 mod heidenhain;
 mod language;
 mod numbers;
+mod plain;
 mod programs;
 
 use super::{Command, Interpreter, Motion, Move, NcError, SplineSpec};
