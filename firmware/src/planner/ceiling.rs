@@ -15,7 +15,7 @@ use super::nodes::{Node, Nodes};
 use crate::units::sqrt;
 
 /// The ceiling is made with this share of the limits; the rest is for what whole ticks and rounding cost.
-pub const PREDICTED: f32 = 0.97;
+pub const PREDICTED: f32 = 0.98;
 
 /// State of the ceiling at one place: path units, s.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,11 +31,28 @@ impl Branch {
     pub const REST: Self = Self { v: 0.0, d: 0.0 };
 }
 
+/// An upper bound of [`time_for`]: none of the terms alone would take less.
+fn bound(v: f32, a: f32, j: f32, x: f32, most: f32) -> f32 {
+    let mut t = most;
+    if v * t > x {
+        t = x / v;
+    }
+    if j >= 0.0 {
+        if 0.5 * a * t * t > x {
+            t = sqrt(2.0 * x / a);
+        }
+        if j * t * t * t > 6.0 * x {
+            t = libm::cbrtf(6.0 * x / j);
+        }
+    }
+    t
+}
+
 /// Time in which a motion of velocity `v`, acceleration `a` and jerk `j` covers `x`; at most `most`, by which it has.
 ///
-/// Newton's method from above; velocity stays positive in between.
+/// Newton's method from above: velocity is positive on the way, and with `j >= 0` it rises.
 fn time_for(v: f32, a: f32, j: f32, x: f32, most: f32) -> f32 {
-    let mut t = most;
+    let mut t = bound(v, a, j, x, most);
     for _ in 0..8 {
         let velocity = v + t * (a + 0.5 * j * t);
         let off = t * (v + t * (0.5 * a + t * j * (1.0 / 6.0))) - x;
@@ -47,14 +64,20 @@ fn time_for(v: f32, a: f32, j: f32, x: f32, most: f32) -> f32 {
     t
 }
 
-/// Limits of `node` for a ceiling that rises from `v` over the distance `x`.
-fn limits(node: &Node, v: f32, x: f32) -> PathLimits {
+/// Limits of `node` for a ceiling that rises from `from` over the distance `x`: those at the velocity and the
+/// acceleration it cannot exceed there.
+fn limits(node: &Node, from: Branch, x: f32) -> PathLimits {
+    let Branch { v, d } = from;
+    let jerk = node.limits.jerk(v, 0.0);
+    let time = bound(v, d, jerk, x, f32::MAX);
     let most = node.limits.acceleration(v);
-    let high = sqrt(v * v + 2.0 * most * x).min(node.limits.v);
-    let below = node.limits.below(high);
+    let high = (v + time * (d + 0.5 * jerk * time))
+        .min(sqrt(v * v + 2.0 * most * x))
+        .min(node.limits.v);
+    let a = node.limits.acceleration(high);
     PathLimits {
-        a: PREDICTED * below.a,
-        j: PREDICTED * below.j,
+        a: PREDICTED * a,
+        j: PREDICTED * node.limits.jerk(high, (d + jerk * time).min(a)),
     }
 }
 
@@ -66,7 +89,7 @@ pub fn before(node: &Node, from: Branch, x: f32) -> Branch {
     if !(x > 0.0) {
         return from;
     }
-    let PathLimits { a, j } = limits(node, v, x);
+    let PathLimits { a, j } = limits(node, from, x);
     if v + d * d / (2.0 * j) >= top {
         // Only letting go of the acceleration is left.
         let t = d / j;
@@ -80,11 +103,13 @@ pub fn before(node: &Node, from: Branch, x: f32) -> Branch {
             d: d - j * t,
         };
     }
-    let peak = sqrt(j * (top - v) + 0.5 * d * d).min(a.max(d));
+    let peak = sqrt(j * (top - v) + 0.5 * d * d).min(a);
     let mut left = x;
-    let rise = (peak - d) / j;
-    let hold = ((top - v + d * d / (2.0 * j)) / peak - peak / j).max(0.0);
-    for (jerk, time) in [(j, rise), (0.0, hold), (-j, peak / j)] {
+    // A node behind may allow more deceleration than this one does at this velocity: less of it, first.
+    let bend = if peak < d { -j } else { j };
+    let rise = (peak - d) / bend;
+    let hold = ((top - v - 0.5 * rise * (d + peak)) / peak - 0.5 * peak / j).max(0.0);
+    for (jerk, time) in [(bend, rise), (0.0, hold), (-j, peak / j)] {
         let covered = time * (v + time * (0.5 * d + jerk * time * (1.0 / 6.0)));
         let t = if covered <= left {
             time
@@ -128,7 +153,7 @@ pub fn build(nodes: &mut Nodes, first: usize, last: usize) {
         let node = *nodes.get(index);
         let start = before(&node, end, node.length);
         low.distance += node.length;
-        let here = limits(&node, end.v, node.length);
+        let here = limits(&node, end, node.length);
         low.limits.a = low.limits.a.min(here.a);
         low.limits.j = low.limits.j.min(here.j);
         if let Some(node) = nodes.get_mut(index) {

@@ -9,10 +9,14 @@ use crate::geometry::arc::{PathDerivatives, PathShape};
 use crate::units::{sqrt, AxisVec, AXES};
 
 /// Share of an axis' acceleration that curvature may take.
-const CURVATURE_SHARE: f32 = 0.95;
+const CURVATURE_SHARE: f32 = 0.92;
 /// Shares of an axis' jerk: change of curvature; curvature while accelerating; joints.
-const TORSION_SHARE: f32 = 0.6;
-const CROSS_SHARE: f32 = 0.35;
+const TORSION_SHARE: f32 = 0.5;
+const CROSS_SHARE: f32 = 0.6;
+/// Jerk that is left to let go of an acceleration that has become too high, share of what it is without acceleration.
+const LEAST_JERK: f32 = 0.2;
+/// Slope below which an axis does not count as moving along, axis units per path unit.
+const LEAST_SLOPE: f32 = 1.0e-6;
 const JOINT_SHARE: f32 = 0.7;
 /// A step in the second derivative falls between two ticks; the third difference sees at most this share of it at once
 /// (a step at the fraction f of a tick is seen as (1-f)^2/2, 1/2 + f - f^2 and f^2/2 in three successive ticks).
@@ -22,23 +26,22 @@ const ROUNDING: f32 = 5.0e-5;
 /// A joint slower than this share of the feed becomes an exact stop.
 const STOP_SHARE: f32 = 0.02;
 
-/// Velocities at which the limits of a segment are tabulated, shares of its largest.
-const SAMPLES: [f32; 3] = [0.0, 0.5, 1.0];
-
 /// Limits on path motion within one segment as functions of its velocity: mm (or degree), s.
 ///
-/// Every one is a minimum, over the axes, of functions concave in v; linear interpolation between tabulated values never
-/// exceeds it.
+/// Per axis i with bounds q' and q'' of its derivatives, acceleration is limited to `alpha - beta v^2`, jerk to
+/// `gamma - 3 beta v a - delta v^3`; the path's limits are the least of them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CurveLimits {
     /// Largest velocity.
     pub v: f32,
-    /// Reciprocal of the spacing of the table in v.
-    scale: f32,
-    /// Acceleration.
-    a: [f32; 3],
-    /// Jerk without acceleration, and with all of it.
-    j: [[f32; 3]; 2],
+    /// What the axis has left, over q'.
+    alpha: AxisVec,
+    /// q'' / q'.
+    beta: AxisVec,
+    /// Jerk of the axis over q'.
+    gamma: AxisVec,
+    /// q''' / q'.
+    delta: AxisVec,
 }
 
 /// Limits at one velocity.
@@ -54,40 +57,49 @@ impl CurveLimits {
     /// Nothing may move.
     pub const NONE: Self = Self {
         v: 0.0,
-        scale: 0.0,
-        a: [0.0; 3],
-        j: [[0.0; 3]; 2],
+        alpha: [0.0; AXES],
+        beta: [0.0; AXES],
+        gamma: [0.0; AXES],
+        delta: [0.0; AXES],
     };
 
-    fn at(&self, table: &[f32; 3], v: f32) -> f32 {
-        let x = (v * self.scale).min(2.0);
-        if x <= 1.0 {
-            table[0] + x * (table[1] - table[0])
-        } else {
-            table[1] + (x - 1.0) * (table[2] - table[1])
-        }
-    }
-
-    /// Largest acceleration at velocity `v`, either sign.
+    /// Largest acceleration at velocity `v`, either sign. Leaves a share of the jerk for changing it.
     #[must_use]
     pub fn acceleration(&self, v: f32) -> f32 {
-        self.at(&self.a, v)
+        let v = v.min(self.v);
+        let square = v * v;
+        let mut limit = f32::MAX;
+        for i in 0..AXES {
+            limit = limit.min(self.alpha[i] - self.beta[i] * square);
+            let cross = 3.0 * self.beta[i] * v;
+            let left = CROSS_SHARE * (self.gamma[i] - self.delta[i] * v * square);
+            if limit * cross > left {
+                limit = left / cross;
+            }
+        }
+        limit
     }
 
     /// Largest jerk at velocity `v` and acceleration `a`, either sign.
     #[must_use]
     pub fn jerk(&self, v: f32, a: f32) -> f32 {
-        let [free, full] = [self.at(&self.j[0], v), self.at(&self.j[1], v)];
-        let share = (a.abs() / self.at(&self.a, v)).min(1.0);
-        free + share * (full - free)
+        let v = v.min(self.v);
+        let (cross, cube) = (3.0 * v * a.abs(), v * v * v);
+        let mut limit = f32::MAX;
+        for i in 0..AXES {
+            let left = self.gamma[i] - self.delta[i] * cube;
+            limit = limit.min((left - self.beta[i] * cross).max(LEAST_JERK * left));
+        }
+        limit
     }
 
     /// Limits that hold at `v` and everywhere below it.
     #[must_use]
     pub fn below(&self, v: f32) -> PathLimits {
+        let a = self.acceleration(v);
         PathLimits {
-            a: self.at(&self.a, v),
-            j: self.at(&self.j[1], v),
+            a,
+            j: self.jerk(v, a),
         }
     }
 }
@@ -177,39 +189,27 @@ pub fn curve_limits(
 ) -> CurveLimits {
     let mut limits = CurveLimits {
         v,
-        scale: 2.0 / v,
-        a: [f32::MAX; 3],
-        j: [[f32::MAX; 3]; 2],
+        alpha: [f32::MAX; AXES],
+        beta: [0.0; AXES],
+        gamma: [f32::MAX; AXES],
+        delta: [0.0; AXES],
     };
-    for a in 0..AXES {
-        let (q1, q2) = (shape.bound.first[a], shape.bound.second[a]);
-        let taken = joints[0].a[a].max(joints[1].a[a]);
-        for (limit, share) in limits.a.iter_mut().zip(SAMPLES) {
-            let v = share * v;
-            if q1 > 0.0 {
-                *limit = limit.min((config.axes[a].a_max - taken - q2 * v * v) / q1);
-            }
-            if q2 * v > 0.0 {
-                let jerk = CROSS_SHARE * axis_jerk(config, a, soft);
-                *limit = limit.min(jerk / (3.0 * q2 * v));
-            }
-        }
-    }
-    for a in 0..AXES {
+    for i in 0..AXES {
         let (q1, q2, q3) = (
-            shape.bound.first[a],
-            shape.bound.second[a],
-            shape.bound.third[a],
+            shape.bound.first[i],
+            shape.bound.second[i],
+            shape.bound.third[i],
         );
-        if q1 > 0.0 {
-            for (k, share) in SAMPLES.into_iter().enumerate() {
-                let v = share * v;
-                let left = axis_jerk(config, a, soft) - q3 * v * v * v;
-                let full = left - 3.0 * q2 * v * limits.a[k];
-                limits.j[0][k] = limits.j[0][k].min(left / q1);
-                limits.j[1][k] = limits.j[1][k].min(full / q1);
-            }
+        if !(q1 > 0.0) {
+            continue;
         }
+        // An axis that hardly moves along still limits what it can turn, through `v`.
+        let along = 1.0 / q1.max(LEAST_SLOPE);
+        let taken = joints[0].a[i].max(joints[1].a[i]);
+        limits.alpha[i] = (config.axes[i].a_max - taken) * along;
+        limits.gamma[i] = axis_jerk(config, i, soft) * along;
+        limits.beta[i] = q2 * along;
+        limits.delta[i] = q3 * along;
     }
     limits
 }
@@ -230,27 +230,34 @@ pub fn joint(
 ) -> Joint {
     let hz = config.servo_hz as f32;
     let mut allowed = v;
-    for a in 0..AXES {
-        let step1 = (after.first[a] - before.first[a]).abs();
-        let step2 = SAMPLED_STEP * (after.second[a] - before.second[a]).abs();
-        // Path acceleration changes its direction with the tangent, too. A kink that turns the largest acceleration into
-        // more than the share leaves nothing for passing at speed.
-        let turned = step1 * config.axes[a].a_max * hz;
-        let jerk = (JOINT_SHARE * axis_jerk(config, a, soft) - turned).max(0.0);
-        // Positive root of step2 hz v^2 + step1 hz^2 v = jerk, in the form that does not cancel.
-        let b = step1 * hz * hz;
-        let root = sqrt(b * b + 4.0 * step2 * hz * jerk);
-        let smooth = if b + root > 0.0 {
-            2.0 * jerk / (b + root)
-        } else {
-            f32::MAX
-        };
-        let corner = if step1 > 0.0 {
-            config.axes[a].corner_step / step1
-        } else {
-            0.0
-        };
-        allowed = allowed.min(smooth.max(corner));
+    // The second time with what the change of curvature takes on either side at the velocity found.
+    for _ in 0..2 {
+        let cube = allowed * allowed * allowed;
+        for a in 0..AXES {
+            let step1 = (after.first[a] - before.first[a]).abs();
+            let step2 = SAMPLED_STEP * (after.second[a] - before.second[a]).abs();
+            // Path acceleration changes its direction with the tangent, too. A kink that turns the largest acceleration into
+            // more than the share leaves nothing for passing at speed.
+            let turned = step1 * config.axes[a].a_max * hz;
+            let third = before.third[a].abs().max(after.third[a].abs());
+            let limit = axis_jerk(config, a, soft);
+            let taken = turned + (third * cube).min(0.5 * limit);
+            let jerk = (JOINT_SHARE * limit - taken).max(0.0);
+            // Positive root of step2 hz v^2 + step1 hz^2 v = jerk, in the form that does not cancel.
+            let b = step1 * hz * hz;
+            let root = sqrt(b * b + 4.0 * step2 * hz * jerk);
+            let smooth = if b + root > 0.0 {
+                2.0 * jerk / (b + root)
+            } else {
+                f32::MAX
+            };
+            let corner = if step1 > 0.0 {
+                config.axes[a].corner_step / step1
+            } else {
+                0.0
+            };
+            allowed = allowed.min(smooth.max(corner));
+        }
     }
     if allowed < STOP_SHARE * v {
         // The joint is a stop: nothing is passed, nothing is taken.
@@ -264,11 +271,13 @@ pub fn joint(
         let limit = axis_jerk(config, a, soft);
         cost.a[a] = (step1 * allowed * hz).min(0.5 * config.axes[a].a_max);
         let turned = step1 * config.axes[a].a_max * hz;
-        cost.j[a] =
-            (turned + step1 * allowed * hz * hz + step2 * allowed * allowed * hz).min(JOINT_SHARE * limit);
+        cost.j[a] = (turned + step1 * allowed * hz * hz + step2 * allowed * allowed * hz)
+            .min(JOINT_SHARE * limit);
         let along = before.first[a].abs().max(after.first[a].abs());
+        let third = before.third[a].abs().max(after.third[a].abs());
         if along > 0.0 {
-            j = j.min((limit - cost.j[a]) / along);
+            let taken = cost.j[a] + third * allowed * allowed * allowed;
+            j = j.min((limit - taken).max(0.1 * limit) / along);
         }
     }
     Joint {

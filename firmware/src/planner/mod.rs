@@ -318,6 +318,7 @@ impl<'a> Planner<'a> {
         }
         match decision {
             Decision::Go(jerk, ticks) => self.emit(config, &[(jerk, ticks)], PieceEnd::Continue),
+            Decision::Rest(phases) => self.emit(config, &phases, PieceEnd::Continue),
             Decision::Land { phases, stop } => {
                 let number = self.first.wrapping_add(stop as u32);
                 self.emit(config, &phases, PieceEnd::StopAfter(number));

@@ -29,11 +29,20 @@ const HALVINGS: u32 = 8;
 /// Steps in which a prediction lets go of the acceleration within one node.
 const STEPS: f32 = 4.0;
 
+/// From this share of its velocity on a motion counts as under the ceiling.
+const CLOSE: f32 = 0.995;
+
+/// Share of the limits that a long landing may leave unused.
+const GENTLE: f32 = 0.04;
+
 /// Steps after which a prediction that has not ended counts as unsafe.
 const PREDICTIONS: u32 = 400;
 
 /// Share of the phases around the peak of deceleration that is flattened; the jerk grows by its square.
 const PEAK: f32 = 0.04;
+
+/// What rounding may leave of a velocity or an acceleration of zero.
+const FINE: i128 = 1 << (T_FRAC - 42);
 
 const UNIT: f32 = (1_u128 << T_FRAC) as f32;
 
@@ -56,6 +65,8 @@ pub struct View<'a> {
 pub enum Decision {
     /// One piece: jerk, ticks.
     Go(i64, u32),
+    /// Three pieces to rest, wherever that is.
+    Rest(Phases),
     /// Three pieces to rest at the end of node `stop`.
     Land {
         /// The pieces.
@@ -145,9 +156,12 @@ impl View<'_> {
             let node = self.nodes.get(index);
             found.distance_q += widen(node.length_q);
             found.v = found.v.min(node.limits.v);
-            let here = node.limits.below(v);
-            found.limits.a = found.limits.a.min(here.a);
-            found.limits.j = found.limits.j.min(here.j);
+            let here = node.limits.acceleration(v);
+            found.limits.a = found.limits.a.min(here);
+            // The acceleration that braking from here builds up.
+            let free = node.limits.jerk(v, 0.0);
+            let peak = crate::units::sqrt(free * v).min(here);
+            found.limits.j = found.limits.j.min(node.limits.jerk(v, peak));
             if index < self.last {
                 found.v = found.v.min(node.exit_v);
             }
@@ -177,6 +191,10 @@ impl View<'_> {
             if at.a > limit * 1.001 {
                 return false;
             }
+            // The jerk there is falls while the velocity rises.
+            let rise = at.a.max(0.0) * at.a / (2.0 * jerk);
+            let near = (at.v + rise.min(0.25 * at.v)).min(node.limits.v);
+            let jerk = jerk.min(PREDICTED * node.limits.jerk(near, at.a));
             let whole = (at.a + ceiling.d) / jerk;
             let part = whole.min((at.a.max(0.1 * limit) / (STEPS * jerk)).max(0.5 / self.hz));
             let covered = part * (at.v + part * (0.5 * at.a - part * jerk * (1.0 / 6.0)));
@@ -245,16 +263,28 @@ impl View<'_> {
     #[must_use]
     pub fn decide(&self) -> Decision {
         if let Some(stop) = self.stop_ahead() {
-            let decision = if self.state.v == 0 && self.state.a == 0 {
+            // What rounding leaves of a standstill is one.
+            let at_rest = self.state.v.abs() < FINE && self.state.a.abs() < FINE;
+            let landing = if at_rest {
                 self.try_hop(&stop)
             } else {
-                self.try_land(&stop)
+                self.try_land(&stop).or_else(|| self.try_touch(&stop))
             };
-            if let Some(phases) = decision {
+            if let Some(phases) = landing {
                 return Decision::Land {
                     phases,
                     stop: stop.index,
                 };
+            }
+            if !at_rest && self.must_brake(&stop) {
+                // No landing in whole ticks ends on the stop: rest before it, and go the rest of the way from there.
+                let (phases, _) = self.halt();
+                let fits = |(end, node): (PathState, usize)| {
+                    node < self.last || end.coordinate() <= self.nodes.get(node).length_q
+                };
+                if self.follow(&phases, self.last).is_some_and(fits) {
+                    return Decision::Rest(phases);
+                }
             }
         }
         self.greedy()
@@ -266,7 +296,7 @@ impl View<'_> {
         let a_max = node.limits.acceleration(start.v);
         let j_max = node.limits.jerk(start.v, start.a);
         let cruising =
-            start.v >= node.limits.v * CRUISE && start.a.abs() <= NO_ACCELERATION * j_max / self.hz;
+            start.v >= node.limits.v * CRUISE && start.a.abs() <= (NO_ACCELERATION * j_max / self.hz).min(0.1 * (1.0 - CRUISE) * start.v * self.hz);
         // Short against the time the acceleration takes to build up.
         let steady = cruising || (start.a >= 0.999 * a_max && node.brisk);
         let scale = (a_max / j_max).min(crate::units::sqrt(start.v / j_max));
@@ -278,7 +308,7 @@ impl View<'_> {
         let mut ticks = most;
         loop {
             let time = ticks as f32 / self.hz;
-            let j_max = j_max.min(self.joint_jerk(&start, time));
+            let j_max = j_max.min(self.jerk_limit(&start, time));
             let high = if cruising {
                 -start.a / time
             } else {
@@ -318,19 +348,27 @@ impl View<'_> {
         }
     }
 
-    /// Jerk allowed where joints are passed within `time`, or close to one.
-    fn joint_jerk(&self, at: &Motion, time: f32) -> f32 {
+    /// Jerk allowed for `time` from `at` on: everywhere the motion may come to, at whatever velocity and acceleration it
+    /// may reach, and at the joints passed or close by.
+    fn jerk_limit(&self, at: &Motion, time: f32) -> f32 {
+        let first = &self.nodes.get(at.node).limits;
+        let most = first.jerk(at.v, at.a);
+        let (rise, a) = (at.a.max(0.0), at.a.abs() + most * time);
+        let v = at.v + time * (rise + 0.5 * most * time);
+        let mut jerk = first.jerk(v, a.min(first.acceleration(v)));
         let close = 1.5 * at.v / self.hz;
-        let mut jerk = f32::MAX;
         if at.node > 0 && self.nodes.get(at.node).length - at.left < close {
-            jerk = self.nodes.get(at.node - 1).exit_j;
+            jerk = jerk.min(self.nodes.get(at.node - 1).exit_j);
         }
-        let mut left = at.left - close - time * (at.v + 0.5 * at.a.max(0.0) * time);
+        let mut left = at.left - close - time * (at.v + 0.5 * rise * time);
         let mut index = at.node;
         while left < 0.0 && index < self.last {
             jerk = jerk.min(self.nodes.get(index).exit_j);
             index += 1;
-            left += self.nodes.get(index).length;
+            let next = self.nodes.get(index);
+            let a = a.min(next.limits.acceleration(v));
+            jerk = jerk.min(next.limits.jerk(v, a));
+            left += next.length;
         }
         jerk
     }
@@ -361,11 +399,49 @@ impl View<'_> {
         Some([(j, m), (-j, 2 * m), (j, m)])
     }
 
+    /// Whether braking with all that is allowed barely ends before the stop.
+    fn must_brake(&self, stop: &StopAhead) -> bool {
+        let m = self.motion();
+        let PathLimits { a, j } = stop.limits;
+        let distance = stop.distance + m.v / self.hz;
+        let full = brake(m.v, m.a, 0.0, a, j);
+        full.distance + 0.5 * m.v / self.hz > distance
+            && full.distance < 1.2 * distance
+            && full.time.iter().sum::<f32>() * self.hz < 40.0
+    }
+
+    /// One tick onto the stop, if that keeps the limits.
+    fn try_touch(&self, stop: &StopAhead) -> Option<Phases> {
+        let node = self.nodes.get(stop.index);
+        let scale = self.hz * self.hz;
+        let per_tick = |x: i128| x as f32 / UNIT;
+        let by = per_tick(stop.distance_q);
+        let a0 = per_tick(self.state.a);
+        let a1 = by - per_tick(self.state.v);
+        let limits = node.limits.below(0.0);
+        let fits = |a: f32, before: f32| {
+            a.abs() * scale <= limits.a
+                && (node.brisk || (a - before).abs() * scale * self.hz <= limits.j)
+        };
+        // Rounding must not leave the motion beyond the stop for ever.
+        let beyond = stop.distance_q <= 0 && (by * scale).abs() <= limits.a;
+        (beyond || (fits(a1, a0) && fits(-by, a1) && fits(0.0, -by)))
+            .then_some([(0, 0), (0, 0), (0, 1)])
+    }
+
     fn try_land(&self, stop: &StopAhead) -> Option<Phases> {
         let m = self.motion();
         let PathLimits { a, j } = stop.limits;
         let reach = |share: f32| brake(m.v, m.a, 0.0, share * a, share * j);
-        let (mut low, mut high) = (0.5, 0.99);
+        // The gentlest landing worth taking; the shorter it is, the more whole ticks take away. Along the ceiling there is
+        // nothing better.
+        let ticks = self.hz * reach(1.0).time.iter().sum::<f32>();
+        let ceiling = self.ceiling_at(&m);
+        let (mut low, mut high) = if ceiling.d > 0.0 && m.v > CLOSE * ceiling.v {
+            (if self.cursor == self.last { 0.2 } else { 0.85 }, 0.995)
+        } else {
+            (1.0 - GENTLE - 4.0 / ticks.max(8.0), 0.995)
+        };
         let distance = stop.distance + m.v / self.hz;
         if !(stop.distance > 0.0) || reach(low).distance < distance || reach(high).distance > distance {
             return None;
@@ -433,7 +509,7 @@ impl View<'_> {
                     let limits = &self.nodes.get(index).limits;
                     v <= limits.v * 1.0001
                         && a <= limits.acceleration(v) * 1.001
-                        && jerk <= limits.jerk(v, a) * 1.001
+                        && (self.nodes.get(index).brisk || jerk <= limits.jerk(v, a) * 1.001)
                 };
                 // The release phase may undershoot standstill by the rounding of three integer jerks only.
                 if !within(node) || next.v < -(1 << 26) {
