@@ -19,8 +19,8 @@ use crate::geometry::arc::{PathShape, ServoSegment, S_FRAC};
 use crate::interpolator::{widen, PathState, Piece, PieceEnd};
 use crate::machine::shared::Shared;
 use crate::units::{Position, Steps};
-use limits::{curve_limits, joint, velocity_limit, Joint, JointCost};
 use ceiling::Branch;
+use limits::{curve_limits, joint, velocity_limit, Joint, JointCost};
 use nodes::{Node, Nodes};
 use profile::{Decision, View};
 
@@ -311,12 +311,7 @@ impl<'a> Planner<'a> {
                 return true;
             }
         }
-        let decision = view.decide();
-        #[cfg(not(target_os = "none"))]
-        if std::env::var_os("PLANDBG").is_some() {
-            std::eprintln!("DBG t={} n={} {} -> {:?}", self.planned, self.first.wrapping_add(self.cursor as u32), view.debug(), decision);
-        }
-        match decision {
+        match view.decide() {
             Decision::Go(jerk, ticks) => self.emit(config, &[(jerk, ticks)], PieceEnd::Continue),
             Decision::Rest(phases) => self.emit(config, &phases, PieceEnd::Continue),
             Decision::Land { phases, stop } => {
@@ -418,7 +413,10 @@ impl<'a> Planner<'a> {
     /// depend on when segments arrive. What lies behind a stop is not looked at.
     fn raise_ceiling(&mut self) -> bool {
         let here = self.first.wrapping_add(self.cursor as u32);
-        if self.until.is_some_and(|until| until.wrapping_sub(here) <= nodes::NODES as u32) {
+        if self
+            .until
+            .is_some_and(|until| until.wrapping_sub(here) <= nodes::NODES as u32)
+        {
             return true;
         }
         let end = (here | (BATCH - 1)).wrapping_add(LOOK_AHEAD);

@@ -8,7 +8,7 @@
 use super::brake::{brake, hop, land, slow, Phases};
 use super::ceiling::{before, Branch, PREDICTED};
 use super::limits::PathLimits;
-use super::nodes::{Node, Nodes};
+use super::nodes::Nodes;
 use crate::interpolator::{widen, PathState, T_FRAC};
 
 /// Longest piece, ticks.
@@ -109,14 +109,6 @@ impl View<'_> {
             v: self.state.v as f32 / UNIT * self.hz - 0.5 * a / self.hz,
             a,
         }
-    }
-
-    #[cfg(not(target_os = "none"))]
-    pub fn debug(&self) -> std::string::String {
-        let m = self.motion();
-        let node = self.nodes.get(m.node);
-        let c = self.ceiling_at(&m);
-        std::format!("left {:.5}/{:.5} v {:.4} a {:.2} | ceil v {:.4} d {:.2} | cap {:.3} A {:.1} J {:.0} exit v {:.3} j {:.0} stop {} last {} stopahead {:?}", m.left, node.length, m.v, m.a, c.v, c.d, node.limits.v, node.limits.acceleration(m.v), node.limits.jerk(m.v, m.a), node.exit_v, node.exit_j, node.stop, self.last - self.cursor, self.stop_ahead().map(|s| (s.distance, s.v, s.limits)))
     }
 
     /// The ceiling at the end of node `index`.
@@ -295,8 +287,10 @@ impl View<'_> {
         let node = self.nodes.get(start.node);
         let a_max = node.limits.acceleration(start.v);
         let j_max = node.limits.jerk(start.v, start.a);
-        let cruising =
-            start.v >= node.limits.v * CRUISE && start.a.abs() <= (NO_ACCELERATION * j_max / self.hz).min(0.1 * (1.0 - CRUISE) * start.v * self.hz);
+        let cruising = start.v >= node.limits.v * CRUISE
+            && start.a.abs()
+                <= (NO_ACCELERATION * j_max / self.hz)
+                    .min(0.1 * (1.0 - CRUISE) * start.v * self.hz);
         // Short against the time the acceleration takes to build up.
         let steady = cruising || (start.a >= 0.999 * a_max && node.brisk);
         let scale = (a_max / j_max).min(crate::units::sqrt(start.v / j_max));
@@ -425,8 +419,11 @@ impl View<'_> {
         };
         // Rounding must not leave the motion beyond the stop for ever.
         let beyond = stop.distance_q <= 0 && (by * scale).abs() <= limits.a;
-        (beyond || (fits(a1, a0) && fits(-by, a1) && fits(0.0, -by)))
-            .then_some([(0, 0), (0, 0), (0, 1)])
+        (beyond || (fits(a1, a0) && fits(-by, a1) && fits(0.0, -by))).then_some([
+            (0, 0),
+            (0, 0),
+            (0, 1),
+        ])
     }
 
     fn try_land(&self, stop: &StopAhead) -> Option<Phases> {
@@ -443,7 +440,10 @@ impl View<'_> {
             (1.0 - GENTLE - 4.0 / ticks.max(8.0), 0.995)
         };
         let distance = stop.distance + m.v / self.hz;
-        if !(stop.distance > 0.0) || reach(low).distance < distance || reach(high).distance > distance {
+        if !(stop.distance > 0.0)
+            || reach(low).distance < distance
+            || reach(high).distance > distance
+        {
             return None;
         }
         for _ in 0..14 {
@@ -471,10 +471,6 @@ impl View<'_> {
             [2, 1, 2],
         ] {
             let ticks = [whole[0] + x, whole[1] + y, whole[2] + z];
-            #[cfg(not(target_os = "none"))]
-            if std::env::var_os("PLANDBG").is_some() {
-                std::eprintln!("DBG   land {ticks:?} {:?}", land(&self.state, stop.distance_q, ticks).map(|p| (p, self.follow(&p, stop.index))));
-            }
             if let Some(phases) = land(&self.state, stop.distance_q, ticks) {
                 if self.follow(&phases, stop.index).is_some() {
                     return Some(phases);
@@ -537,7 +533,8 @@ impl View<'_> {
     #[must_use]
     pub fn halt(&self) -> (Phases, f32) {
         let m = self.motion();
-        let v = m.v + m.a.max(0.0) * m.a.max(0.0) / (2.0 * self.nodes.get(m.node).limits.below(m.v).j);
+        let v =
+            m.v + m.a.max(0.0) * m.a.max(0.0) / (2.0 * self.nodes.get(m.node).limits.below(m.v).j);
         let PathLimits { mut a, mut j } = self.nodes.get(self.cursor).limits.below(v);
         let mut b = brake(m.v, m.a, 0.0, a, j);
         let mut covered = m.left;
