@@ -14,10 +14,10 @@ use core::sync::atomic::Ordering::{Acquire, Relaxed, Release};
 use heapless::spsc::Producer;
 
 use crate::config::Config;
-use crate::geometry::arc::{PathShape, ServoSegment, S_FRAC};
+use crate::geometry::arc::{Driven, PathShape, ServoSegment, S_FRAC};
 use crate::interpolator::{widen, PathState, Piece, PieceEnd};
 use crate::machine::shared::Shared;
-use crate::units::{Position, Steps};
+use crate::units::Position;
 use limits::{joint, path_limits, JointCost, PathLimits};
 use nodes::{Node, Nodes};
 use profile::{Decision, View};
@@ -115,13 +115,12 @@ impl<'a> Planner<'a> {
     }
 
     /// Takes the next segment of the path. The caller has checked [`Self::has_room`].
-    pub fn push(
-        &mut self,
-        config: &Config,
-        segment: ServoSegment,
-        shape: &PathShape,
-        order: SegmentOrder,
-    ) {
+    pub fn push(&mut self, config: &Config, driven: &Driven, order: SegmentOrder) {
+        let Driven {
+            segment,
+            shape,
+            end,
+        } = driven;
         let length = segment.length as f32 / (1_u64 << S_FRAC) as f32;
         let alone = path_limits(
             config,
@@ -151,8 +150,8 @@ impl<'a> Planner<'a> {
             v: alone.v,
             entry,
         });
-        self.end = Some(segment.end().map(Steps::from_bits));
-        let queued = self.segments.enqueue(segment);
+        self.end = Some(*end);
+        let queued = self.segments.enqueue(*segment);
         debug_assert!(queued.is_ok(), "the caller checks has_room");
     }
 
