@@ -48,7 +48,7 @@ impl PortBuffer {
     fn clear(&mut self) {
         const CHUNK: usize = 56;
         const FEW: usize = 8;
-        const _: () = assert!(SLOTS as usize % CHUNK == 0 && CHUNK % FEW == 0);
+        const _: () = assert!((SLOTS as usize).is_multiple_of(CHUNK) && CHUNK.is_multiple_of(FEW));
         if !self.used {
             return;
         }
