@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
+import generated
 import thesis_knots
 
 OUT = Path(__file__).resolve().parents[1] / "corpus"
@@ -182,21 +183,5 @@ def files():
     return {f"{name}.nc": text for name, text in out.items()}
 
 
-def main():
-    """Command line; returns the exit code."""
-    stale = []
-    for name, text in files().items():
-        path = OUT / name
-        if "--check" in sys.argv[1:]:
-            if not path.is_file() or path.read_text(encoding="ascii") != text:
-                stale.append(name)
-        else:
-            OUT.mkdir(parents=True, exist_ok=True)
-            path.write_text(text, encoding="ascii", newline="\n")
-    for name in stale:
-        print(f"{OUT / name} differs from what corpus.py writes", file=sys.stderr)
-    return 1 if stale else 0
-
-
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(generated.main(OUT, files(), sys.argv))

@@ -18,6 +18,8 @@ from pathlib import Path
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
+import generated
+
 OUT = Path(__file__).resolve().parents[2] / "examples" / "thesis"
 ARCS_PER_QUADRANT = 14
 ARCS_PER_TURN = 4 * ARCS_PER_QUADRANT
@@ -114,21 +116,5 @@ def files():
     }
 
 
-def main():
-    """Command line; returns the exit code."""
-    stale = []
-    for name, text in files().items():
-        path = OUT / name
-        if "--check" in sys.argv[1:]:
-            if not path.is_file() or path.read_text(encoding="ascii") != text:
-                stale.append(name)
-        else:
-            OUT.mkdir(parents=True, exist_ok=True)
-            path.write_text(text, encoding="ascii", newline="\n")
-    for name in stale:
-        print(f"{OUT / name} differs from what thesis_knots.py writes", file=sys.stderr)
-    return 1 if stale else 0
-
-
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(generated.main(OUT, files(), sys.argv))

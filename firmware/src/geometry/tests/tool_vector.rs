@@ -126,6 +126,16 @@ fn run(nurbs: &Nurbs, head: Head) -> Result<Vec<PathSegment>, GeometryErrorKind>
         .map_err(|error| error.kind)
 }
 
+/// Tilt and turn of each vector: the turn goes on from `turn` by the second of each pair of `lean`.
+fn turning(mut turn: f64, lean: &[(f64, f64)]) -> Vec<[f64; 2]> {
+    lean.iter()
+        .map(|(tilt, by)| {
+            turn += by;
+            [*tilt, turn]
+        })
+        .collect()
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(16))]
 
@@ -138,14 +148,7 @@ proptest! {
         weights in prop::collection::vec(0.5_f32..2.0, 7),
     ) {
         let head = if ca { Head::CA } else { Head::CB };
-        let mut turn = first - 180.0;
-        let angles: Vec<[f64; 2]> = lean
-            .iter()
-            .map(|(tilt, by)| {
-                turn += by;
-                [*tilt, turn]
-            })
-            .collect();
+        let angles = turning(first - 180.0, &lean);
         let nurbs = leaning(degree, head, &row(7), &angles, 100.0).weights(&weights);
         let path = run(&nurbs, head).unwrap();
         leads(&nurbs, head, &path, 1.5e-4);
@@ -353,14 +356,7 @@ proptest! {
         lean in prop::collection::vec((15.0_f64..70.0, -40.0_f64..40.0), 4..9),
     ) {
         let head = if ca { Head::CA } else { Head::CB };
-        let mut turn = first - 180.0;
-        let angles: Vec<[f64; 2]> = lean
-            .iter()
-            .map(|(tilt, by)| {
-                turn += by;
-                [*tilt, turn]
-            })
-            .collect();
+        let angles = turning(first - 180.0, &lean);
         leaves_the_axes(head, &format!("BSPLINE SD={degree}"), &angles);
     }
 }
