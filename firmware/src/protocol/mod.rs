@@ -57,54 +57,14 @@ pub fn is_realtime(byte: u8) -> bool {
     matches!(classify(byte), Incoming::Event(_) | Incoming::Status)
 }
 
-/// The receive buffer: bytes in the order they came in, from `front` round the end of the array.
-#[derive(Debug)]
-struct Text {
-    bytes: [u8; RECEIVE_SIZE],
-    front: usize,
-    count: usize,
-}
-
-impl Text {
-    const fn new() -> Self {
-        Self {
-            bytes: [0; RECEIVE_SIZE],
-            front: 0,
-            count: 0,
-        }
-    }
-
-    /// Stores `byte`; there must be room.
-    #[inline]
-    fn push(&mut self, byte: u8) {
-        self.bytes[(self.front + self.count) % RECEIVE_SIZE] = byte;
-        self.count += 1;
-    }
-
-    /// Takes the oldest byte; there must be one.
-    #[inline]
-    fn pop(&mut self) -> u8 {
-        let byte = self.bytes[self.front % RECEIVE_SIZE];
-        self.front = (self.front + 1) % RECEIVE_SIZE;
-        self.count -= 1;
-        byte
-    }
-}
-
 /// Receive and transmit buffers.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Wire {
-    receive: Text,
+    receive: Deque<u8, RECEIVE_SIZE>,
     lines: usize,
     /// The byte before was `\r`.
     returned: bool,
     transmit: Deque<u8, TRANSMIT_SIZE>,
-}
-
-impl Default for Wire {
-    fn default() -> Self {
-        Self::new()
-    }
 }
 
 impl Wire {
@@ -112,7 +72,7 @@ impl Wire {
     #[must_use]
     pub const fn new() -> Self {
         Self {
-            receive: Text::new(),
+            receive: Deque::new(),
             lines: 0,
             returned: false,
             transmit: Deque::new(),
@@ -122,13 +82,13 @@ impl Wire {
     /// Bytes the receive buffer can still take.
     #[must_use]
     pub fn free(&self) -> usize {
-        RECEIVE_SIZE - self.receive.count
+        RECEIVE_SIZE - self.receive.len()
     }
 
     /// True if no text waits.
     #[must_use]
     pub fn is_empty(&self) -> bool {
-        self.receive.count == 0
+        self.receive.is_empty()
     }
 
     /// Stores one byte of text. A byte that does not fit is lost, as on any serial line; a sender that counts
@@ -140,8 +100,9 @@ impl Wire {
         if byte > b'\r' {
             self.returned = false;
             // the last place is kept for a line end
-            if self.receive.count < RECEIVE_SIZE - 1 {
-                self.receive.push(byte);
+            if self.receive.len() < RECEIVE_SIZE - 1 {
+                // there is room
+                let _ = self.receive.push_back(byte);
             }
             return;
         }
@@ -157,7 +118,8 @@ impl Wire {
         // Without room for its end a line would block the buffer for good: the last place is kept for one.
         let end = byte == b'\n' || byte == b'\r';
         if self.free() > 1 || (end && self.free() == 1) {
-            self.receive.push(if end { b'\n' } else { byte });
+            // there is room
+            let _ = self.receive.push_back(if end { b'\n' } else { byte });
             self.lines += usize::from(end);
         }
     }
@@ -175,8 +137,7 @@ impl Wire {
         }
         self.lines -= 1;
         let mut line = heapless::Vec::new();
-        while self.receive.count > 0 {
-            let byte = self.receive.pop();
+        while let Some(byte) = self.receive.pop_front() {
             if byte == b'\n' {
                 break;
             }
@@ -188,7 +149,7 @@ impl Wire {
 
     /// Forgets all text.
     pub fn clear(&mut self) {
-        self.receive.count = 0;
+        self.receive.clear();
         self.lines = 0;
         self.returned = false;
     }
