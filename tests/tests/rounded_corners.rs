@@ -98,7 +98,7 @@ fn a_polygon_rounds_no_more_than_asked_and_is_faster_where_it_may_be() {
     for (sides, adis, share) in [
         (12, 0.5, 1.1),
         (12, 5.0, 0.9),
-        (40, 0.5, 0.85),
+        (40, 0.5, 0.9),
         (40, 1.5, 0.7),
     ] {
         let vertices = polygon(sides, 25.0, 0.0);
