@@ -31,6 +31,9 @@ HERE = Path(__file__).resolve().parent
 MACHINE = HERE.parents[1] / "machines" / "mcv1210.toml"
 SIM = HERE.parents[1] / "target" / "release" / "host-sim"
 
+# Longest run of the simulator, s. The slowest program takes a tenth of it.
+PATIENCE = 60
+
 # Feed below which a motion backwards is the rounding of ten decimals.
 STILL = 1e-6
 
@@ -109,7 +112,11 @@ def run(sim, text, folder, name, rows, steps):
     if rows:
         stem.with_suffix(".events").write_text("tick,event\n" + "".join(f"{t},{e}\n" for t, e in rows), encoding="ascii")
         command += ["--events", f"{stem}.events"]
-    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=600)
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=PATIENCE)
+    except subprocess.TimeoutExpired:
+        Path(f"{stem}.csv").unlink(missing_ok=True)
+        return [f"does not come to an end in {PATIENCE} s"], 0, [], {}
     summary = Path(f"{stem}.json")
     if not summary.is_file() or json.loads(summary.read_text(encoding="utf-8"))["outcome"] != "finished":
         return (["did not finish: " + (done.stdout + done.stderr)[-200:]], 0, [], {}) if rows else None

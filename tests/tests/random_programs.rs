@@ -45,6 +45,19 @@ fn hold(
         .map_err(|broken| TestCaseError::fail(format!("{broken}\n{text}")))
 }
 
+/// The spline ends at an exact stop, and rounding leaves 2^-72 path units per tick of the velocity there.
+#[test]
+fn what_rounding_leaves_of_a_standstill_does_not_keep_the_machine_from_its_stop() {
+    let text = "G90 G64 BRISK\nG1 X0 Y0 Z0 F500\nG1 X-0.1529 Y-0.6253 Z-0.1403\nCSPLINE\nX0.0765 Y0.6730 Z-0.3253\n\
+        X-0.2808 Y-0.7189 Z0.6666\nX-0.1070 Y0.2920 Z-0.6668\nX-0.6776 Y0.3860 Z0.2417\nX0.1442 Y-0.2670 Z0.5742\nG9\n\
+        G1 X0.2316 Y0.1796 Z-0.4085\nM30\n";
+    let config = examples::machine().config;
+    let run = drive(&config, &Script::new(text));
+    assert!(run.finished, "does not come to an end");
+    laws::stays_within_limits(&config, &run, &laws::brisk_lines(&path(text)), 0.005)
+        .unwrap_or_else(|broken| panic!("{broken}\n{text}"));
+}
+
 /// Steeper than the random programs are: the path is a micrometre long while an axis turns by most of a degree.
 #[test]
 fn rotary_axes_beside_a_tiny_linear_move_keep_their_limits() {

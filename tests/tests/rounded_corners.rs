@@ -99,7 +99,7 @@ fn a_polygon_rounds_no_more_than_asked_and_is_faster_where_it_may_be() {
         (12, 0.5, 1.1),
         (12, 5.0, 0.9),
         (40, 0.5, 0.9),
-        (40, 1.5, 0.7),
+        (40, 1.5, 0.75),
     ] {
         let vertices = polygon(sides, 25.0, 0.0);
         let exact = run(&config, &program("G64", &vertices));

@@ -35,6 +35,9 @@ const TRIES: u32 = 8;
 /// Slack on velocity comparisons, relative.
 const SLACK: f32 = 1.0 + 2.0e-6;
 
+/// What rounding may leave of a velocity or an acceleration of zero: path units per tick, per tick^2.
+const FINE: i128 = 1 << (T_FRAC - 42);
+
 const UNIT: f32 = (1_u128 << T_FRAC) as f32;
 
 /// The window and the state at the end of what has been planned.
@@ -221,7 +224,9 @@ impl View<'_> {
             return None;
         }
         if let Some(stop) = &stop {
-            let decision = if self.state.v == 0 && self.state.a == 0 {
+            // What rounding leaves of a standstill is one: nothing could be done from it a whole tick long.
+            let at_rest = self.state.v.abs() < FINE && self.state.a.abs() < FINE;
+            let decision = if at_rest {
                 self.try_hop(stop)
             } else {
                 self.try_land(stop)
