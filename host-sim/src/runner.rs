@@ -205,7 +205,8 @@ pub fn run(
             break progress.ended_by.take().unwrap_or(End::TimeBound);
         }
 
-        let frame = servo.tick();
+        servo.tick();
+        let frame = servo.frame().copied().unwrap_or_default();
         let sample = servo.sample();
         if sample.moving {
             digest.update(&frame);

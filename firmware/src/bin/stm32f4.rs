@@ -26,7 +26,6 @@ mod app {
     use pentaspline::board::{stack, stop, MACHINE};
     use pentaspline::machine::{Controller, Core, Event, Servo, State};
     use pentaspline::protocol::RECEIVE_SIZE;
-    use pentaspline::stepgen::StepFrame;
     use pentaspline::units::Tick;
     use pentaspline::{log_info, log_warn};
 
@@ -194,12 +193,9 @@ mod app {
         if !motion.has_room() {
             return;
         }
-        let frame = servo.tick();
-        if clear {
-            motion.play(&frame, servo);
-        } else {
-            motion.play(&StepFrame::default(), servo);
-        }
+        servo.tick();
+        let frame = servo.frame().filter(|_| clear);
+        motion.play(frame, servo);
     }
 
     #[task(binds = USART1, priority = 2, local = [program, ring_in])]

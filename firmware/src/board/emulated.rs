@@ -112,9 +112,10 @@ impl MotionPort {
     }
 
     /// Records the tick that made `frame`, and the end of a motion.
-    pub fn play(&mut self, frame: &StepFrame, servo: &Servo<'_>) {
+    pub fn play(&mut self, frame: Option<&StepFrame>, servo: &Servo<'_>) {
         let sample = servo.sample();
         if sample.moving {
+            let frame = &frame.copied().unwrap_or_default();
             let mut bytes = [0; RECORD_MAX];
             let len = record::encode(frame, &mut bytes);
             self.put(&bytes[..len]);

@@ -11,13 +11,13 @@ use super::servo_timer::ServoTimer;
 use super::step_dma::{self, StepFault, StepPort, StepWatch};
 use super::usart::{ProgramOut, ProgramPort, TX_BYTES};
 use crate::machine::Servo;
-use crate::stepgen::port::PortWords;
-use crate::stepgen::{StepFrame, SLOTS};
+use crate::stepgen::port::PortBuffer;
+use crate::stepgen::StepFrame;
 
 /// Memory the hardware works on; static.
 pub struct Storage {
     tx: Queue<u8, TX_BYTES>,
-    buffers: [PortWords; 2],
+    buffers: [PortBuffer; 2],
 }
 
 impl Storage {
@@ -26,7 +26,7 @@ impl Storage {
     pub const fn new() -> Self {
         Self {
             tx: Queue::new(),
-            buffers: [[0; SLOTS as usize]; 2],
+            buffers: [const { PortBuffer::new() }; 2],
         }
     }
 }
@@ -103,8 +103,8 @@ impl MotionPort {
         true
     }
 
-    /// Plays `frame` in the next tick.
-    pub fn play(&mut self, frame: &StepFrame, _servo: &Servo<'_>) {
+    /// Plays `frame`, or nothing, in the next tick.
+    pub fn play(&mut self, frame: Option<&StepFrame>, _servo: &Servo<'_>) {
         self.steps.play(frame);
     }
 }

@@ -59,8 +59,8 @@ pub(crate) struct Shared {
     pub(crate) rest_position: [Wide; AXES],
     /// Steps emitted.
     pub(crate) emitted: [AtomicI32; AXES],
-    /// Path velocity, `f32` bits, mm/s.
-    pub(crate) feed: AtomicU32,
+    /// Path velocity, 2^-30 path units per tick.
+    pub(crate) feed: AtomicI32,
     /// Text line being executed.
     pub(crate) block: AtomicU32,
     /// Request: throw away everything queued (answered by clearing it, at rest).
@@ -80,7 +80,7 @@ impl Shared {
             rest_s: Wider([Wide::new(), Wide::new()]),
             rest_position: [const { Wide::new() }; AXES],
             emitted: [const { AtomicI32::new(0) }; AXES],
-            feed: AtomicU32::new(0),
+            feed: AtomicI32::new(0),
             block: AtomicU32::new(0),
             drain: AtomicBool::new(false),
             fault: AtomicBool::new(false),

@@ -5,6 +5,7 @@
 //! and starvation only change s(t), so the tool cannot leave the path.
 
 pub mod brake;
+pub mod ceiling;
 pub mod limits;
 pub mod nodes;
 pub mod profile;
@@ -14,16 +15,26 @@ use core::sync::atomic::Ordering::{Acquire, Relaxed, Release};
 use heapless::spsc::Producer;
 
 use crate::config::Config;
-use crate::geometry::arc::{PathShape, ServoSegment, S_FRAC};
+use crate::geometry::arc::{Driven, PathShape, ServoSegment, S_FRAC};
 use crate::interpolator::{widen, PathState, Piece, PieceEnd};
 use crate::machine::shared::Shared;
-use crate::units::{Position, Steps};
-use limits::{joint, path_limits, JointCost, PathLimits};
+use crate::units::Position;
+use ceiling::Branch;
+use limits::{curve_limits, joint, velocity_limit, Joint, JointCost};
 use nodes::{Node, Nodes};
 use profile::{Decision, View};
 
 /// Ticks planned ahead of the interrupt. Covers the longest stretch of background work between two calls.
 pub const LEAD_TICKS: u32 = 100;
+
+/// Segments known beyond the batch in which decisions are made, if no stop comes before.
+const LOOK_AHEAD: u32 = 128;
+
+/// Segments decided under one ceiling. A power of two.
+const BATCH: u32 = 16;
+
+// Planned but not yet driven (a joint per tick at most), the batch, and what is looked ahead: all fits into the window.
+const _: () = assert!(LEAD_TICKS + BATCH + LOOK_AHEAD < nodes::NODES as u32);
 
 /// What the block says about a segment.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -71,6 +82,10 @@ pub struct Planner<'a> {
     generation: u32,
     mode: Mode,
     end: Option<Position>,
+    /// Running number of the last node under the ceiling.
+    last: u32,
+    /// Running number of the last node the ceiling is meant for: it knows enough of what follows.
+    until: Option<u32>,
 }
 
 impl<'a> Planner<'a> {
@@ -93,6 +108,8 @@ impl<'a> Planner<'a> {
             generation: 0,
             mode: Mode::Run,
             end: None,
+            last: 0,
+            until: None,
         }
     }
 
@@ -115,78 +132,64 @@ impl<'a> Planner<'a> {
     }
 
     /// Takes the next segment of the path. The caller has checked [`Self::has_room`].
-    pub fn push(
-        &mut self,
-        config: &Config,
-        segment: ServoSegment,
-        shape: &PathShape,
-        order: SegmentOrder,
-    ) {
-        let length = segment.length as f32 / (1_u64 << S_FRAC) as f32;
-        let alone = path_limits(
-            config,
+    pub fn push(&mut self, config: &Config, driven: &Driven, order: SegmentOrder) {
+        let Driven {
+            segment,
             shape,
-            length,
-            order.feed * shape.feed_scale,
-            order.soft,
-            &[JointCost::default(); 2],
-        );
+            end,
+        } = driven;
+        let length = segment.length as f32 / (1_u64 << S_FRAC) as f32;
+        let feed = order.feed * shape.feed_scale;
+        let v = velocity_limit(config, shape, length, feed, order.soft);
         let mut entry = JointCost::default();
         if let Some(before) = self.pending.take() {
             if before.order.exact_stop || before.shape.rotary_only != shape.rotary_only {
-                self.complete(config, &before, 0.0, &JointCost::default());
+                self.complete(config, &before, Joint::STOP);
             } else {
                 // A joint of jerk-limited motion with any other is jerk-limited.
                 let soft = before.order.soft || order.soft;
-                let v = before.v.min(alone.v);
+                let v = before.v.min(v);
                 let joint = joint(config, &before.shape.end, &shape.start, v, soft);
                 entry = joint.cost;
-                self.complete(config, &before, joint.v, &joint.cost);
+                self.complete(config, &before, joint);
             }
         }
         self.pending = Some(Pending {
             length_q: segment.length,
             shape: *shape,
             order,
-            v: alone.v,
+            v,
             entry,
         });
-        self.end = Some(segment.end().map(Steps::from_bits));
-        let queued = self.segments.enqueue(segment);
+        self.end = Some(*end);
+        let queued = self.segments.enqueue(*segment);
         debug_assert!(queued.is_ok(), "the caller checks has_room");
     }
 
-    fn complete(&mut self, config: &Config, segment: &Pending, exit_v: f32, exit: &JointCost) {
+    fn complete(&mut self, config: &Config, segment: &Pending, exit: Joint) {
         let Pending {
             length_q,
             shape,
             order,
+            v,
             entry,
-            ..
         } = segment;
-        let length = *length_q as f32 / (1_u64 << S_FRAC) as f32;
-        let limits: PathLimits = path_limits(
-            config,
-            shape,
-            length,
-            order.feed * shape.feed_scale,
-            order.soft,
-            &[*entry, *exit],
-        );
         self.nodes.push(Node {
             length_q: *length_q,
-            length,
-            limits,
-            exit_v,
-            stop: exit_v <= 0.0,
+            length: *length_q as f32 / (1_u64 << S_FRAC) as f32,
+            limits: curve_limits(config, shape, *v, order.soft, &[*entry, exit.cost]),
+            exit_v: exit.v,
+            exit_j: exit.j,
+            stop: exit.v <= 0.0,
             brisk: !order.soft,
+            start: Branch::REST,
         });
     }
 
     /// The path ends with the newest segment, for now.
     pub fn flush(&mut self, config: &Config) {
         if let Some(last) = self.pending.take() {
-            self.complete(config, &last, 0.0, &JointCost::default());
+            self.complete(config, &last, Joint::STOP);
         }
     }
 
@@ -253,6 +256,7 @@ impl<'a> Planner<'a> {
         self.planned = self.shared.executed.load(Acquire);
         self.mode = Mode::Run;
         self.end = None;
+        self.until = None;
     }
 
     /// Plans at most one decision further; `true` if something was done.
@@ -287,12 +291,10 @@ impl<'a> Planner<'a> {
             }
             return false;
         }
-        let view = View {
-            nodes: self.nodes,
-            cursor: self.cursor,
-            state: self.state,
-            hz: config.servo_hz as f32,
-        };
+        if !self.raise_ceiling() {
+            return false;
+        }
+        let view = self.view(config);
         if self.mode == Mode::Holding {
             if self.state.v == 0 && self.state.a == 0 {
                 self.mode = Mode::Held;
@@ -308,12 +310,9 @@ impl<'a> Planner<'a> {
                 return true;
             }
         }
-        let Some(decision) = view.decide() else {
-            return false;
-        };
-        match decision {
+        match view.decide() {
             Decision::Go(jerk, ticks) => self.emit(config, &[(jerk, ticks)], PieceEnd::Continue),
-            Decision::Slow(phases) => self.emit(config, &phases, PieceEnd::Continue),
+            Decision::Rest(phases) => self.emit(config, &phases, PieceEnd::Continue),
             Decision::Land { phases, stop } => {
                 let number = self.first.wrapping_add(stop as u32);
                 self.emit(config, &phases, PieceEnd::StopAfter(number));
@@ -331,6 +330,7 @@ impl<'a> Planner<'a> {
         self.planned = self.shared.executed.load(Acquire);
         let driven = self.shared.sequence.load(Acquire);
         self.cursor = driven.wrapping_sub(self.first) as usize;
+        self.until = None;
         self.state = PathState {
             s: self.shared.rest_s.load(),
             v: 0,
@@ -393,12 +393,43 @@ impl<'a> Planner<'a> {
     }
 
     fn escape(&self, config: &Config) -> [(i64, u32); 3] {
-        let view = View {
+        self.view(config).halt().0
+    }
+
+    fn view(&self, config: &Config) -> View<'_> {
+        View {
             nodes: self.nodes,
             cursor: self.cursor,
+            last: self.last.wrapping_sub(self.first) as usize,
             state: self.state,
             hz: config.servo_hz as f32,
+        }
+    }
+
+    /// Makes the ceiling over what lies ahead; `false` while too little is known: neither a stop nor a full window.
+    ///
+    /// What is looked at depends on the running numbers of segments only, never on what else has come: decisions do not
+    /// depend on when segments arrive. What lies behind a stop is not looked at.
+    fn raise_ceiling(&mut self) -> bool {
+        let here = self.first.wrapping_add(self.cursor as u32);
+        if self
+            .until
+            .is_some_and(|until| until.wrapping_sub(here) <= nodes::NODES as u32)
+        {
+            return true;
+        }
+        let end = (here | (BATCH - 1)).wrapping_add(LOOK_AHEAD);
+        let wanted = end.wrapping_sub(self.first) as usize;
+        let known = (wanted + 1).min(self.nodes.len());
+        let stop = (self.cursor..known).find(|&index| self.nodes.get(index).stop);
+        let (last, ahead) = match stop {
+            Some(stop) => (stop, 0),
+            None if known > wanted => (wanted, LOOK_AHEAD),
+            None => return false,
         };
-        view.halt().0
+        ceiling::build(self.nodes, self.cursor, last);
+        self.last = self.first.wrapping_add(last as u32);
+        self.until = Some(self.last.wrapping_sub(ahead));
+        true
     }
 }

@@ -1,6 +1,7 @@
-//! The look-ahead window: limits and length of every segment that has not been driven yet.
+//! The look-ahead window: limits and length of every segment that has not been driven yet, and the ceiling over them.
 
-use super::limits::PathLimits;
+use super::ceiling::Branch;
+use super::limits::CurveLimits;
 
 /// Segments the window can hold. A power of two; includes those already planned but not yet driven.
 pub const NODES: usize = 256;
@@ -13,26 +14,28 @@ pub struct Node {
     /// Length, path units.
     pub length: f32,
     /// Limits inside.
-    pub limits: PathLimits,
+    pub limits: CurveLimits,
     /// Velocity allowed over the joint at its end.
     pub exit_v: f32,
+    /// Path jerk allowed in the ticks around that joint.
+    pub exit_j: f32,
     /// The path comes to rest at its end.
     pub stop: bool,
     /// Limited in acceleration, not in jerk.
     pub brisk: bool,
+    /// State of the ceiling at its start.
+    pub start: Branch,
 }
 
 const EMPTY: Node = Node {
     length_q: 0,
     length: 0.0,
-    limits: PathLimits {
-        v: 0.0,
-        a: 0.0,
-        j: 0.0,
-    },
+    limits: CurveLimits::NONE,
     exit_v: 0.0,
+    exit_j: 0.0,
     stop: true,
     brisk: false,
+    start: Branch::REST,
 };
 
 /// Ring of nodes, oldest first.
@@ -89,6 +92,11 @@ impl Nodes {
     /// Drops all.
     pub fn clear(&mut self) {
         self.len = 0;
+    }
+
+    /// The node `index` places behind the oldest, to be written; `None` where there is none.
+    pub fn get_mut(&mut self, index: usize) -> Option<&mut Node> {
+        (index < self.len).then(|| &mut self.ring[(self.head + index) % NODES])
     }
 
     /// The node `index` places behind the oldest; a stop of zero length where there is none.

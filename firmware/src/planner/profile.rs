@@ -1,39 +1,48 @@
-//! One decision: which jerk to run next, so that the motion stays safe.
+//! One decision: which jerk to run next, so that the motion stays under the ceiling ([`super::ceiling`]).
 //!
-//! A state is safe if braking from it, with the limits of the segments ahead, meets every velocity limit
-//! ahead. While the motion may gain speed, a decision takes the largest jerk whose outcome is safe. When it may
-//! not, the current state is still safe, so a whole braking manoeuvre fits: it is solved in whole ticks and taken as
-//! one. Where a programmed stop comes within reach, the rest of the way is solved to end exactly on it
-//! ([`super::brake::land`], [`super::brake::hop`]).
+//! A state is safe if letting go of its acceleration, and braking as hard as the ceiling does, leads onto the ceiling
+//! from below, with every limit kept on the way. A decision takes the largest jerk whose outcome is safe. Where a
+//! programmed stop comes within reach, the rest of the way is solved to end exactly on it ([`super::brake::land`],
+//! [`super::brake::hop`]).
 
 use super::brake::{brake, hop, land, slow, Phases};
+use super::ceiling::{before, Branch, PREDICTED};
 use super::limits::PathLimits;
 use super::nodes::Nodes;
 use crate::interpolator::{widen, PathState, T_FRAC};
 
-/// Segments looked at ahead of the one being driven.
-pub const LOOK_AHEAD: usize = 128;
-
-/// Longest greedy piece.
+/// Longest piece, ticks.
 const TICKS_MAX: u32 = 10;
 
-/// Braking is predicted with this share of the limits; the rest absorbs the rounding of phases to whole ticks.
-const PREDICTED: f32 = 0.97;
-
-/// Acceleration below this share of the limit counts as none: what rounding leaves after a manoeuvre.
-const NO_ACCELERATION: f32 = 1.0e-5;
+/// Acceleration counts as none if it is below this share of what one tick of jerk changes.
+const NO_ACCELERATION: f32 = 0.1;
 
 /// From this share of the velocity limit on the motion cruises: closing the rest would only dither.
-const CRUISE: f32 = 1.0 - 1.0e-5;
+const CRUISE: f32 = 1.0 - 5.0e-5;
 
-/// Longest phase of a braking manoeuvre, ticks; checking one takes time in proportion.
-const MANOEUVRE_MAX: u32 = 8192;
+/// Slack on comparisons, relative.
+const SLACK: f32 = 1.0 + 5.0e-5;
 
-/// Velocity limits ahead that a braking manoeuvre is tried for.
-const TRIES: u32 = 8;
+/// Halvings of the range of jerks.
+const HALVINGS: u32 = 8;
 
-/// Slack on velocity comparisons, relative.
-const SLACK: f32 = 1.0 + 2.0e-6;
+/// Steps in which a prediction lets go of the acceleration within one node.
+const STEPS: f32 = 4.0;
+
+/// From this share of its velocity on a motion counts as under the ceiling.
+const CLOSE: f32 = 0.995;
+
+/// Share of the limits that a long landing may leave unused.
+const GENTLE: f32 = 0.04;
+
+/// Steps after which a prediction that has not ended counts as unsafe.
+const PREDICTIONS: u32 = 400;
+
+/// Share of the phases around the peak of deceleration that is flattened; the jerk grows by its square.
+const PEAK: f32 = 0.04;
+
+/// What rounding may leave of a velocity or an acceleration of zero.
+const FINE: i128 = 1 << (T_FRAC - 42);
 
 const UNIT: f32 = (1_u128 << T_FRAC) as f32;
 
@@ -43,6 +52,8 @@ pub struct View<'a> {
     pub nodes: &'a Nodes,
     /// Node the state is in.
     pub cursor: usize,
+    /// Last node under the ceiling; the motion is planned to be at rest at its end.
+    pub last: usize,
     /// State at the end of the last piece.
     pub state: PathState,
     /// Ticks per second.
@@ -52,10 +63,10 @@ pub struct View<'a> {
 /// What to run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Decision {
-    /// One greedy piece: jerk, ticks.
+    /// One piece: jerk, ticks.
     Go(i64, u32),
-    /// Three pieces down to a lower velocity at zero acceleration.
-    Slow(Phases),
+    /// Three pieces to rest, wherever that is.
+    Rest(Phases),
     /// Three pieces to rest at the end of node `stop`.
     Land {
         /// The pieces.
@@ -65,18 +76,17 @@ pub enum Decision {
     },
 }
 
-/// The nearest programmed stop ahead.
+/// The nearest programmed stop ahead, with the limits of the way there at the present velocity.
 struct StopAhead {
     index: usize,
     distance_q: i128,
     distance: f32,
     v: f32,
-    a: f32,
-    j: f32,
+    limits: PathLimits,
 }
 
-/// Motion in SI-like units.
-#[derive(Clone, Copy)]
+/// Motion in SI-like units, continuous in time.
+#[derive(Clone, Copy, Debug)]
 struct Motion {
     node: usize,
     /// Distance left in `node`.
@@ -86,289 +96,279 @@ struct Motion {
 }
 
 impl View<'_> {
+    /// The state as a motion continuous in time.
+    ///
+    /// The differences of a tick belong to places between ticks: acceleration to the tick before, velocity to half a tick
+    /// before. All of it together is the motion one tick ago, on the same curve.
     fn motion(&self) -> Motion {
-        let left = widen(self.nodes.get(self.cursor).length_q) - self.state.s;
+        let left = widen(self.nodes.get(self.cursor).length_q) - self.state.s + self.state.v;
+        let a = self.state.a as f32 / UNIT * self.hz * self.hz;
         Motion {
             node: self.cursor,
             left: left as f32 / UNIT,
-            v: self.state.v as f32 / UNIT * self.hz,
-            a: self.state.a as f32 / UNIT * self.hz * self.hz,
+            v: self.state.v as f32 / UNIT * self.hz - 0.5 * a / self.hz,
+            a,
         }
     }
 
-    fn end_of_window(&self) -> usize {
-        (self.cursor + LOOK_AHEAD + 1).min(self.nodes.len())
-    }
-
-    /// Limits behind the joint at the end of node `index`; its own where the path stops there. What lies behind a
-    /// stop may or may not have come yet, and must not be looked at.
-    fn beyond(&self, index: usize) -> PathLimits {
-        let node = self.nodes.get(index);
-        if node.stop || index + 1 >= self.end_of_window() {
-            node.limits
+    /// The ceiling at the end of node `index`.
+    fn ceiling_behind(&self, index: usize) -> Branch {
+        if index >= self.last {
+            Branch::REST
         } else {
-            self.nodes.get(index + 1).limits
+            self.nodes.get(index + 1).start
         }
     }
 
+    fn ceiling_at(&self, at: &Motion) -> Branch {
+        before(
+            self.nodes.get(at.node),
+            self.ceiling_behind(at.node),
+            at.left,
+        )
+    }
+
+    /// The stop at the end of the stretch under the ceiling, if it is a programmed one.
     fn stop_ahead(&self) -> Option<StopAhead> {
-        let first = self.nodes.get(self.cursor);
+        if !self.nodes.get(self.last).stop {
+            return None;
+        }
+        let v = self.motion().v;
         let mut found = StopAhead {
-            index: self.cursor,
+            index: self.last,
             distance_q: -self.state.s,
             distance: 0.0,
             v: f32::MAX,
-            a: first.limits.a,
-            j: first.limits.j,
+            limits: PathLimits {
+                a: f32::MAX,
+                j: f32::MAX,
+            },
         };
-        for index in self.cursor..self.end_of_window() {
+        for index in self.cursor..=self.last {
             let node = self.nodes.get(index);
             found.distance_q += widen(node.length_q);
             found.v = found.v.min(node.limits.v);
-            found.a = found.a.min(node.limits.a);
-            found.j = found.j.min(node.limits.j);
-            if node.stop {
-                found.index = index;
-                found.distance = found.distance_q as f32 / UNIT;
-                return Some(found);
+            let here = node.limits.acceleration(v);
+            found.limits.a = found.limits.a.min(here);
+            // The acceleration that braking from here builds up.
+            let free = node.limits.jerk(v, 0.0);
+            let peak = crate::units::sqrt(free * v).min(here);
+            found.limits.j = found.limits.j.min(node.limits.jerk(v, peak));
+            if index < self.last {
+                found.v = found.v.min(node.exit_v);
             }
-            found.v = found.v.min(node.exit_v);
         }
-        None
+        found.distance = found.distance_q as f32 / UNIT;
+        Some(found)
     }
 
-    /// Whether braking from `at` keeps every limit ahead.
-    fn safe(&self, at: Motion) -> bool {
-        let here = self.nodes.get(at.node).limits;
-        let (mut limit_a, mut limit_j) = (here.a, here.j);
-        let rising = at.a.max(0.0);
-        if at.v < 0.0 || at.v + rising * rising / (2.0 * limit_j) > here.v * SLACK {
+    /// Whether the motion can get from `at` onto the ceiling from below.
+    fn safe(&self, mut at: Motion) -> bool {
+        if at.v < 0.0 {
             return false;
         }
-        // Rounding the phases of a manoeuvre to whole ticks may cost the travel of two.
-        let mut distance = at.left - 2.0 * at.v / self.hz;
-        for index in at.node..self.end_of_window() {
-            let node = self.nodes.get(index);
-            let (a, j) = (PREDICTED * limit_a, PREDICTED * limit_j);
-            let peak = at.v + rising * rising / (2.0 * j);
-            let next = self.nodes.get(index + 1);
-            let open = node.stop || index + 1 == self.end_of_window();
-            let cap = if open {
-                0.0
-            } else {
-                node.exit_v.min(next.limits.v)
-            };
-            if cap < peak {
-                // Braking ends with zero acceleration, so the next segment may allow as little as it likes.
-                if brake(at.v, at.a, cap, a, j).distance > distance {
-                    return false;
-                }
-            } else if next.limits.a < at.a.abs() {
-                let t = (at.a.abs() - next.limits.a) / j;
-                let covered = t * (at.v + t * (at.a / 2.0 - j.copysign(at.a) * t / 6.0));
-                if covered > distance {
-                    return false;
-                }
+        for _ in 0..PREDICTIONS {
+            let ceiling = self.ceiling_at(&at);
+            if at.v > ceiling.v * SLACK {
+                return false;
             }
-            if open {
-                break;
+            let node = self.nodes.get(at.node);
+            let jerk = PREDICTED * node.limits.jerk(at.v, at.a);
+            // A small part of what a tick changes.
+            if at.a <= 0.05 * jerk / self.hz - ceiling.d || at.v <= 0.0 {
+                return true;
             }
-            if cap > 0.0 && brake(at.v, at.a, 0.0, a, j).distance <= distance {
-                break;
+            // Let go for a part of the time it takes, at most to the end of the node.
+            let limit = node.limits.acceleration(at.v);
+            if at.a > limit * 1.001 {
+                return false;
             }
-            distance += next.length;
-            limit_a = limit_a.min(next.limits.a);
-            limit_j = limit_j.min(next.limits.j);
+            // The jerk there is falls while the velocity rises.
+            let rise = at.a.max(0.0) * at.a / (2.0 * jerk);
+            let near = (at.v + rise.min(0.25 * at.v)).min(node.limits.v);
+            let jerk = jerk.min(PREDICTED * node.limits.jerk(near, at.a));
+            let whole = (at.a + ceiling.d) / jerk;
+            let part = whole.min((at.a.max(0.1 * limit) / (STEPS * jerk)).max(0.5 / self.hz));
+            let covered = part * (at.v + part * (0.5 * at.a - part * jerk * (1.0 / 6.0)));
+            if covered < at.left {
+                at.left -= covered;
+                at.v += part * (at.a - 0.5 * jerk * part);
+                at.a -= jerk * part;
+                continue;
+            }
+            // Uniform acceleration is near enough over what is left of the node.
+            let time = 2.0 * at.left / (at.v + (at.v + part * (at.a - 0.5 * jerk * part)).max(0.0));
+            at.v += time * (at.a - 0.5 * jerk * time);
+            at.a -= jerk * time;
+            if at.node >= self.last {
+                return at.v <= 0.0;
+            }
+            at.node += 1;
+            at.left = self.nodes.get(at.node).length;
         }
-        true
+        false
     }
 
-    /// Runs `jerk` (path units / s^3) for `ticks` and says where that leads, or `None` if a limit breaks on the way.
-    fn probe(&self, start: Motion, jerk: f32, ticks: u32) -> Option<Motion> {
-        let dt = 1.0 / self.hz;
-        let mut m = start;
-        for _ in 0..ticks {
-            m.a += jerk * dt;
-            m.v += m.a * dt;
-            m.left -= m.v * dt;
-            while m.left < 0.0 && !self.nodes.get(m.node).stop {
-                let node = self.nodes.get(m.node);
-                let next = self.nodes.get(m.node + 1);
-                let cap = node.exit_v.min(next.limits.v);
-                // The tick that crosses the joint counts, and the one before it: the joint lies between.
-                if m.v.max(m.v - m.a * dt) > cap * SLACK {
-                    return None;
-                }
-                m.left += next.length;
-                m.node += 1;
-                if jerk.abs() > next.limits.j * SLACK || m.a.abs() > next.limits.a * 1.001 {
-                    return None;
-                }
+    /// Runs `jerk` (path units / s^3) for `time` and says where that leads, or `None` if a limit breaks on the way.
+    fn probe(&self, start: &Motion, jerk: f32, time: f32) -> Option<Motion> {
+        let v = start.v + time * (start.a + 0.5 * jerk * time);
+        let a = start.a + jerk * time;
+        let covered = time * (start.v + time * (0.5 * start.a + time * jerk * (1.0 / 6.0)));
+        // Velocity over the way between the two, as of uniform acceleration.
+        let (b0, b1) = (start.v * start.v, v.max(0.0) * v.max(0.0));
+        let mut at = Motion {
+            node: start.node,
+            left: start.left - covered,
+            v,
+            a,
+        };
+        let high = start.a.abs().max(a.abs());
+        let mut passed = start.left;
+        loop {
+            let node = self.nodes.get(at.node);
+            if at.left >= 0.0 {
+                break;
             }
-            if m.left < 0.0 {
+            if at.node >= self.last {
                 return None;
             }
+            let next = self.nodes.get(at.node + 1);
+            let here = crate::units::sqrt(b0 + (b1 - b0) * (passed / covered).min(1.0));
+            if here > node.exit_v.min(next.limits.v).min(next.start.v) * SLACK
+                || jerk.abs() > next.limits.jerk(here, high) * 1.001
+                || high > next.limits.acceleration(here) * 1.001
+            {
+                return None;
+            }
+            at.node += 1;
+            at.left += next.length;
+            passed += next.length;
         }
-        Some(m)
+        let limits = &self.nodes.get(at.node).limits;
+        (v <= limits.v * SLACK
+            && jerk.abs() <= limits.jerk(v.max(start.v), high) * 1.001
+            && (a <= limits.acceleration(v) * 1.001 || jerk < 0.0))
+            .then_some(at)
     }
 
-    /// The next thing to run, or `None` while too little is known ahead: neither a stop inside the window nor a full
-    /// window. Decisions then do not depend on what arrives later, and so not on when it arrives.
+    /// The next thing to run.
     #[must_use]
-    pub fn decide(&self) -> Option<Decision> {
-        let stop = self.stop_ahead();
-        if stop.is_none() && self.nodes.len() <= self.cursor + LOOK_AHEAD {
-            return None;
-        }
-        if let Some(stop) = &stop {
-            let decision = if self.state.v == 0 && self.state.a == 0 {
-                self.try_hop(stop)
+    pub fn decide(&self) -> Decision {
+        if let Some(stop) = self.stop_ahead() {
+            // What rounding leaves of a standstill is one.
+            let at_rest = self.state.v.abs() < FINE && self.state.a.abs() < FINE;
+            let landing = if at_rest {
+                self.try_hop(&stop)
             } else {
-                self.try_land(stop)
+                self.try_land(&stop).or_else(|| self.try_touch(&stop))
             };
-            if let Some(phases) = decision {
-                return Some(Decision::Land {
+            if let Some(phases) = landing {
+                return Decision::Land {
                     phases,
                     stop: stop.index,
-                });
+                };
+            }
+            if !at_rest && self.must_brake(&stop) {
+                // No landing in whole ticks ends on the stop: rest before it, and go the rest of the way from there.
+                let (phases, _) = self.halt();
+                let fits = |(end, node): (PathState, usize)| {
+                    node < self.last || end.coordinate() <= self.nodes.get(node).length_q
+                };
+                if self.follow(&phases, self.last).is_some_and(fits) {
+                    return Decision::Rest(phases);
+                }
             }
         }
-        Some(self.greedy(stop.as_ref()))
+        self.greedy()
     }
 
-    fn greedy(&self, stop: Option<&StopAhead>) -> Decision {
+    fn greedy(&self) -> Decision {
         let start = self.motion();
-        let limits = self.nodes.get(self.cursor).limits;
-        // Short against the time the acceleration takes to build up, here and in the next segment.
-        let next = self.beyond(self.cursor);
-        let mut scale = (limits.a / limits.j).min(next.a / next.j);
-        if let Some(stop) = stop {
-            // A rest-to-rest move over this distance takes about 4 cbrt(D / 2 J).
-            scale = scale.min(libm::cbrtf(stop.distance.max(0.0) / (2.0 * stop.j)));
-        }
-        // Nothing builds up while cruising, nor at the limit of acceleration where jerk is no matter.
-        let steady = (start.v >= limits.v * CRUISE && start.a.abs() <= NO_ACCELERATION * limits.a)
-            || (start.a >= 0.999 * limits.a && self.nodes.get(self.cursor).brisk);
-        let ticks = if steady {
+        let node = self.nodes.get(start.node);
+        let a_max = node.limits.acceleration(start.v);
+        let j_max = node.limits.jerk(start.v, start.a);
+        let cruising = start.v >= node.limits.v * CRUISE
+            && start.a.abs()
+                <= (NO_ACCELERATION * j_max / self.hz)
+                    .min(0.1 * (1.0 - CRUISE) * start.v * self.hz);
+        // Short against the time the acceleration takes to build up.
+        let steady = cruising || (start.a >= 0.999 * a_max && node.brisk);
+        let scale = (a_max / j_max).min(crate::units::sqrt(start.v / j_max));
+        let most = if steady {
             TICKS_MAX
         } else {
             ((scale * self.hz * 0.125) as u32).clamp(1, TICKS_MAX)
         };
-        let time = ticks as f32 / self.hz;
-        let high = limits.j.min((limits.a - start.a) / time);
-        // The least jerk worth trying: keeps the velocity, or releases the acceleration.
-        let low = (-limits.j).max(-start.a / time);
-        let ok = |jerk: f32| self.probe(start, jerk, ticks).is_some_and(|m| self.safe(m));
-        let jerk = if high >= low && ok(high) {
-            high
-        } else if high >= low && start.v >= limits.v * CRUISE && ok(low) {
-            low
-        } else if high >= low && start.a >= 0.0 && ok(low) {
-            let (mut good, mut bad) = (low, high);
-            for _ in 0..12 {
-                let middle = 0.5 * (good + bad);
-                if ok(middle) {
-                    good = middle;
-                } else {
-                    bad = middle;
+        let mut ticks = most;
+        loop {
+            let time = ticks as f32 / self.hz;
+            let j_max = j_max.min(self.jerk_limit(&start, time));
+            let high = if cruising {
+                -start.a / time
+            } else {
+                j_max.min((a_max - start.a) / time).max(-j_max)
+            };
+            // Acceleration must be gone again before the motion is.
+            let low = (-j_max)
+                .max((-a_max - start.a) / time)
+                .max(-(start.v + start.a * time) / (0.5 * time * time));
+            let ok = |jerk: f32| {
+                self.probe(&start, jerk, time)
+                    .is_some_and(|at| self.safe(at))
+            };
+            let found = if high >= low && ok(high) {
+                Some(high)
+            } else if high >= low && ok(low) {
+                let (mut good, mut bad) = (low, high);
+                for _ in 0..HALVINGS {
+                    let middle = 0.5 * (good + bad);
+                    if ok(middle) {
+                        good = middle;
+                    } else {
+                        bad = middle;
+                    }
                 }
+                Some(good)
+            } else {
+                None
+            };
+            if let Some(jerk) = found {
+                return Decision::Go(self.units(jerk), ticks);
             }
-            good
-        } else {
-            return Decision::Slow(self.slow_down());
-        };
-        let scale = UNIT / (self.hz * self.hz * self.hz);
-        Decision::Go((jerk * scale) as i64, ticks)
+            if ticks == 1 {
+                return Decision::Go(self.units(low.min(high).max(-j_max)), 1);
+            }
+            ticks = (ticks / 2).max(1);
+        }
     }
 
-    /// The braking manoeuvre that keeps the motion safe: to a velocity limit ahead from which everything
-    /// behind it is still met; failing that, to a share of the velocity; and, always possible, to rest.
-    fn slow_down(&self) -> Phases {
-        let at = self.motion();
-        let here = self.nodes.get(at.node).limits;
-        let (mut limit_a, mut limit_j) = (here.a, here.j);
-        let rising = at.a.max(0.0);
-        let peak = at.v + rising * rising / (2.0 * limit_j);
-        // Releasing the acceleration is the mildest manoeuvre.
-        if let Some(phases) = self.manoeuvre(&at, peak.min(here.v), limit_a, limit_j) {
-            return phases;
+    /// Jerk allowed for `time` from `at` on: everywhere the motion may come to, at whatever velocity and acceleration it
+    /// may reach, and at the joints passed or close by.
+    fn jerk_limit(&self, at: &Motion, time: f32) -> f32 {
+        let first = &self.nodes.get(at.node).limits;
+        let most = first.jerk(at.v, at.a);
+        let (rise, a) = (at.a.max(0.0), at.a.abs() + most * time);
+        let v = at.v + time * (rise + 0.5 * most * time);
+        let mut jerk = first.jerk(v, a.min(first.acceleration(v)));
+        let close = 1.5 * at.v / self.hz;
+        if at.node > 0 && self.nodes.get(at.node).length - at.left < close {
+            jerk = jerk.min(self.nodes.get(at.node - 1).exit_j);
         }
-        let mut distance = at.left;
-        let mut lowest = peak;
-        let mut tries = 0;
-        for index in at.node..self.end_of_window() {
-            let node = self.nodes.get(index);
-            let next = self.nodes.get(index + 1);
-            let cap = node.exit_v.min(next.limits.v);
-            if node.stop || tries >= TRIES {
-                break;
-            }
-            if cap < lowest {
-                lowest = cap;
-                tries += 1;
-                if let Some(phases) = self.manoeuvre(&at, cap, limit_a, limit_j) {
-                    return phases;
-                }
-            }
-            if brake(at.v, at.a, 0.0, limit_a, limit_j).distance < distance {
-                break;
-            }
-            distance += next.length;
-            limit_a = limit_a.min(next.limits.a);
-            limit_j = limit_j.min(next.limits.j);
+        let mut left = at.left - close - time * (at.v + 0.5 * rise * time);
+        let mut index = at.node;
+        while left < 0.0 && index < self.last {
+            jerk = jerk.min(self.nodes.get(index).exit_j);
+            index += 1;
+            let next = self.nodes.get(index);
+            let a = a.min(next.limits.acceleration(v));
+            jerk = jerk.min(next.limits.jerk(v, a));
+            left += next.length;
         }
-        [0.75, 0.5, 0.25]
-            .iter()
-            .find_map(|share| self.manoeuvre(&at, share * at.v.min(lowest), limit_a, limit_j))
-            // Every way of braking begins by letting the acceleration go, with the jerk allowed here and
-            // beyond the next joint.
-            .or_else(|| {
-                let j = here.j.min(self.beyond(at.node).j);
-                let peak = at.v + rising * rising / (2.0 * j);
-                let (phases, ..) = self.shape(&at, peak, here.a, j)?;
-                (rising > 0.0).then_some(phases)
-            })
-            .unwrap_or_else(|| self.halt().0)
+        jerk
     }
 
-    /// Down to `to` and zero acceleration, if that keeps every limit on the way and ends safe.
-    fn manoeuvre(&self, at: &Motion, to: f32, limit_a: f32, limit_j: f32) -> Option<Phases> {
-        let (phases, state, cursor) = self.shape(at, to, limit_a, limit_j)?;
-        let view = View {
-            nodes: self.nodes,
-            cursor,
-            state,
-            hz: self.hz,
-        };
-        view.safe(view.motion()).then_some(phases)
-    }
-
-    /// Phases down to `to` and zero acceleration that keep every limit on the way; the state and the node they
-    /// end in.
-    fn shape(
-        &self,
-        at: &Motion,
-        to: f32,
-        limit_a: f32,
-        limit_j: f32,
-    ) -> Option<(Phases, PathState, usize)> {
-        let time = brake(at.v, at.a, to, limit_a, limit_j).time;
-        let ticks = time.map(|t| libm::ceilf(t * self.hz) as u32);
-        let ticks = [ticks[0], ticks[1], ticks[2].max(1)];
-        if ticks.iter().any(|&n| n > MANOEUVRE_MAX) {
-            return None;
-        }
-        let target = (to / self.hz * UNIT) as i128;
-        let phases = if ticks[0] == 0 {
-            // Only the release is left; where that leads is given.
-            let a = self.state.a;
-            let n = i128::from(ticks[2]);
-            [(0, 0), (0, 0), (i64::try_from(-a / n).ok()?, ticks[2])]
-        } else {
-            slow(&self.state, target, ticks)?
-        };
-        let (end, node) = self.follow(&phases, self.end_of_window() - 1)?;
-        Some((phases, end, node))
+    fn units(&self, jerk: f32) -> i64 {
+        (jerk * (UNIT / (self.hz * self.hz * self.hz))) as i64
     }
 
     fn try_hop(&self, stop: &StopAhead) -> Option<Phases> {
@@ -376,11 +376,16 @@ impl View<'_> {
             // Rounding has carried the motion onto the stop.
             return Some([(0, 1), (0, 0), (0, 1)]);
         }
-        let time = libm::cbrtf(stop.distance / (2.0 * stop.j));
+        let PathLimits { a: _, j } = stop.limits;
+        let time = libm::cbrtf(stop.distance / (2.0 * j));
         let m = libm::ceilf(time * self.hz).max(1.0);
         let j = stop.distance / (2.0 * m * m * m);
         let (v, a) = (j * m * m * self.hz, j * m * self.hz * self.hz);
-        if v > stop.v || a > stop.a {
+        let holds = |index: usize| {
+            let below = self.nodes.get(index).limits.below(v);
+            a <= below.a && j * self.hz * self.hz * self.hz <= below.j
+        };
+        if v > stop.v || !(self.cursor..=self.last).all(holds) {
             return None;
         }
         let m = m as u32;
@@ -388,12 +393,57 @@ impl View<'_> {
         Some([(j, m), (-j, 2 * m), (j, m)])
     }
 
+    /// Whether braking with all that is allowed barely ends before the stop.
+    fn must_brake(&self, stop: &StopAhead) -> bool {
+        let m = self.motion();
+        let PathLimits { a, j } = stop.limits;
+        let distance = stop.distance + m.v / self.hz;
+        let full = brake(m.v, m.a, 0.0, a, j);
+        full.distance + 0.5 * m.v / self.hz > distance
+            && full.distance < 1.2 * distance
+            && full.time.iter().sum::<f32>() * self.hz < 40.0
+    }
+
+    /// One tick onto the stop, if that keeps the limits.
+    fn try_touch(&self, stop: &StopAhead) -> Option<Phases> {
+        let node = self.nodes.get(stop.index);
+        let scale = self.hz * self.hz;
+        let per_tick = |x: i128| x as f32 / UNIT;
+        let by = per_tick(stop.distance_q);
+        let a0 = per_tick(self.state.a);
+        let a1 = by - per_tick(self.state.v);
+        let limits = node.limits.below(0.0);
+        let fits = |a: f32, before: f32| {
+            a.abs() * scale <= limits.a
+                && (node.brisk || (a - before).abs() * scale * self.hz <= limits.j)
+        };
+        // Rounding must not leave the motion beyond the stop for ever.
+        let beyond = stop.distance_q <= 0 && (by * scale).abs() <= limits.a;
+        (beyond || (fits(a1, a0) && fits(-by, a1) && fits(0.0, -by))).then_some([
+            (0, 0),
+            (0, 0),
+            (0, 1),
+        ])
+    }
+
     fn try_land(&self, stop: &StopAhead) -> Option<Phases> {
         let m = self.motion();
-        let reach = |j: f32| brake(m.v, m.a, 0.0, stop.a, j);
-        let (mut low, mut high) = (0.5 * stop.j, stop.j);
-        let distance = stop.distance;
-        if !(distance > 0.0) || reach(low).distance < distance || reach(high).distance > distance {
+        let PathLimits { a, j } = stop.limits;
+        let reach = |share: f32| brake(m.v, m.a, 0.0, share * a, share * j);
+        // The gentlest landing worth taking; the shorter it is, the more whole ticks take away. Along the ceiling there is
+        // nothing better.
+        let ticks = self.hz * reach(1.0).time.iter().sum::<f32>();
+        let ceiling = self.ceiling_at(&m);
+        let (mut low, mut high) = if ceiling.d > 0.0 && m.v > CLOSE * ceiling.v {
+            (if self.cursor == self.last { 0.2 } else { 0.85 }, 0.995)
+        } else {
+            (1.0 - GENTLE - 4.0 / ticks.max(8.0), 0.995)
+        };
+        let distance = stop.distance + m.v / self.hz;
+        if !(stop.distance > 0.0)
+            || reach(low).distance < distance
+            || reach(high).distance > distance
+        {
             return None;
         }
         for _ in 0..14 {
@@ -404,7 +454,12 @@ impl View<'_> {
                 high = middle;
             }
         }
-        let time = reach(high).time;
+        let mut time = reach(high).time;
+        // Three jerks over a middle phase of next to nothing would have to be huge; flattening the peak costs little.
+        let flat = PEAK * time[0].min(time[2]);
+        if time[1] < 2.0 * flat {
+            time = [time[0] - flat, time[1] + 2.0 * flat, time[2] - flat];
+        }
         let whole = time.map(|t| (libm::roundf(t * self.hz) as u32).max(1));
         for [x, y, z] in [
             [0, 0, 0],
@@ -434,9 +489,6 @@ impl View<'_> {
         let mut node = self.cursor;
         for &(j, ticks) in phases {
             let jerk = (j as f32 * jerk_scale).abs();
-            if ticks > 0 && jerk > self.nodes.get(node).limits.j * 1.001 {
-                return None;
-            }
             let mut left = ticks;
             while left > 0 {
                 let mut n = left.min(CHUNK);
@@ -449,20 +501,24 @@ impl View<'_> {
                 left -= n;
                 let v = state.v.max(next.v) as f32 / UNIT * self.hz;
                 let a = next.a.abs() as f32 / UNIT * self.hz * self.hz;
-                let here = self.nodes.get(node).limits;
+                let within = |index: usize| {
+                    let limits = &self.nodes.get(index).limits;
+                    v <= limits.v * 1.0001
+                        && a <= limits.acceleration(v) * 1.001
+                        && (self.nodes.get(index).brisk || jerk <= limits.jerk(v, a) * 1.001)
+                };
                 // The release phase may undershoot standstill by the rounding of three integer jerks only.
-                if v > here.v * 1.0001 || a > here.a * 1.001 || next.v < -(1 << 26) {
+                if !within(node) || next.v < -(1 << 26) {
                     return None;
                 }
                 while node < last && next.coordinate() > self.nodes.get(node).length_q {
-                    let exit = self.nodes.get(node).exit_v;
-                    next.s -= widen(self.nodes.get(node).length_q);
+                    let passed = self.nodes.get(node);
+                    next.s -= widen(passed.length_q);
                     node += 1;
-                    let inside = self.nodes.get(node).limits;
-                    if self.nodes.get(node - 1).stop
-                        || v > exit.min(inside.v) * 1.0001
-                        || a > inside.a * 1.001
-                        || jerk > inside.j * 1.001
+                    if passed.stop
+                        || v > passed.exit_v * 1.0001
+                        || jerk > passed.exit_j * 1.001
+                        || !within(node)
                     {
                         return None;
                     }
@@ -477,20 +533,19 @@ impl View<'_> {
     #[must_use]
     pub fn halt(&self) -> (Phases, f32) {
         let m = self.motion();
-        let here = self.nodes.get(self.cursor).limits;
-        let (mut a, mut j) = (here.a, here.j);
+        let v =
+            m.v + m.a.max(0.0) * m.a.max(0.0) / (2.0 * self.nodes.get(m.node).limits.below(m.v).j);
+        let PathLimits { mut a, mut j } = self.nodes.get(self.cursor).limits.below(v);
         let mut b = brake(m.v, m.a, 0.0, a, j);
         let mut covered = m.left;
         let mut index = self.cursor;
-        while covered < b.distance
-            && !self.nodes.get(index).stop
-            && index + 1 < self.end_of_window()
-        {
+        while covered < b.distance && index < self.last {
             index += 1;
             let node = self.nodes.get(index);
-            if node.limits.a < a || node.limits.j < j {
-                a = a.min(node.limits.a);
-                j = j.min(node.limits.j);
+            let limits = node.limits.below(v);
+            if limits.a < a || limits.j < j {
+                a = a.min(limits.a);
+                j = j.min(limits.j);
                 b = brake(m.v, m.a, 0.0, a, j);
             }
             covered += node.length;

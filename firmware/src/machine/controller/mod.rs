@@ -13,6 +13,7 @@ use core::sync::atomic::Ordering::{Acquire, Relaxed, Release};
 use heapless::Deque;
 use micromath::F32;
 
+use super::servo::path_feed;
 use super::shared::Shared;
 use super::{Event, Place, State};
 use crate::catalogue::machine as message;
@@ -363,10 +364,10 @@ impl<'a> Controller<'a> {
             return false;
         }
         match self.splitter.next(self.config) {
-            Ok(Some((segment, shape))) => {
+            Ok(Some(driven)) => {
                 let mut order = self.order;
                 order.exact_stop &= self.splitter.is_empty();
-                self.planner.push(self.config, segment, &shape, order);
+                self.planner.push(self.config, &driven, order);
             }
             Ok(None) => {}
             Err(error) => self.refuse_curve(self.splitting, error),
@@ -570,7 +571,7 @@ impl<'a> Controller<'a> {
             planner_free: self.planner.room(),
             receive_free: self.wire.free().saturating_sub(1),
             // Shown, never driven: the one place where an approximation will do.
-            feed: F32(f32::from_bits(self.shared.feed.load(Relaxed)) * 60.0)
+            feed: F32(path_feed(self.shared.feed.load(Relaxed), self.config.servo_hz) * 60.0)
                 .round()
                 .0 as u32,
             block: self.shared.block.load(Relaxed),
