@@ -1,21 +1,37 @@
 //! The ceiling over the path ahead: how fast the motion may be at every place and still meet every limit behind it.
 //!
-//! In: the limits of the nodes of a stretch. Out: velocity and deceleration of the ceiling at the start of each.
+//! In: the limits of the nodes of a stretch. Out: velocity and deceleration of the ceiling at the start of each, and for
+//! any motion whether it can still get under it.
 //!
-//! A motion that is time-optimal has its local minima of velocity at places where a limit holds it down, and at a
-//! minimum its acceleration is zero. So the ceiling is put together, from the end of the stretch to its beginning, of
-//! S-curves that leave those low points with zero acceleration (in reversed time: they speed up at the jerk and the
-//! acceleration that the nodes allow), and that reach the largest velocity of a node with zero acceleration, too.
-//! Where one S-curve would have to be left at once for the next, the low point is put so deep that the next can be
-//! reached from it with zero acceleration.
+//! Seen backwards from the end of the stretch, the fastest motion speeds up with all the jerk and acceleration that each
+//! place allows until a velocity limit cuts it off. At the cut the motion has as little deceleration as it can, so that
+//! what lies before it is not held down more than it must: none, where it can still build up enough of it behind the cut,
+//! else the least with which it can.
 
-use super::brake::brake;
-use super::limits::PathLimits;
+use super::limits::{PathLimits, Range, Rates};
 use super::nodes::{Node, Nodes};
 use crate::units::sqrt;
 
 /// The ceiling is made with this share of the limits; the rest is for what whole ticks and rounding cost.
 pub const PREDICTED: f32 = 0.98;
+
+/// Slack on comparisons, relative.
+pub const SLACK: f32 = 1.0 + 5.0e-5;
+
+/// Slack on accelerations and jerks, relative.
+pub const LOOSE: f32 = 1.001;
+
+/// Steps after which a prediction that has not ended counts as unsafe.
+const PREDICTIONS: u32 = 200;
+
+/// Share of the acceleration that a prediction changes in one step.
+const STEP: f32 = 0.25;
+
+/// Ticks of travel that are predicted in one step at least.
+const NEAR: f32 = 4.0;
+
+/// Halvings of the range in which the state at a cut is looked for.
+const HALVINGS: u32 = 6;
 
 /// State of the ceiling at one place: path units, s.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,6 +45,19 @@ pub struct Branch {
 impl Branch {
     /// Standstill.
     pub const REST: Self = Self { v: 0.0, d: 0.0 };
+}
+
+/// Motion continuous in time: path units, s.
+#[derive(Clone, Copy, Debug)]
+pub struct Motion {
+    /// Index of the node it is in.
+    pub node: usize,
+    /// Distance left in it.
+    pub left: f32,
+    /// Velocity.
+    pub v: f32,
+    /// Acceleration.
+    pub a: f32,
 }
 
 /// An upper bound of [`time_for`]: none of the terms alone would take less.
@@ -64,146 +93,225 @@ fn time_for(v: f32, a: f32, j: f32, x: f32, most: f32) -> f32 {
     t
 }
 
-/// Limits of `node` for a ceiling that rises from `from` over the distance `x`: those at the velocity and the
-/// acceleration it cannot exceed there.
-fn limits(node: &Node, from: Branch, x: f32) -> PathLimits {
-    let Branch { v, d } = from;
-    let jerk = node.limits.jerk(v, 0.0);
-    let time = bound(v, d, jerk, x, f32::MAX);
-    let most = node.limits.acceleration(v);
-    let high = (v + time * (d + 0.5 * jerk * time))
-        .min(sqrt(v * v + 2.0 * most * x))
-        .min(node.limits.v);
-    let a = node.limits.acceleration(high);
-    PathLimits {
-        a: PREDICTED * a,
-        j: PREDICTED * node.limits.jerk(high, (d + jerk * time).min(a)),
-    }
+/// The nodes of a stretch and the limits of the axes on them.
+#[derive(Clone, Copy)]
+pub struct Stretch<'a> {
+    /// All nodes.
+    pub nodes: &'a Nodes,
+    /// Last node under the ceiling; the motion is planned to be at rest at its end.
+    pub last: usize,
+    /// Limits of the axes, jerk-limited and not.
+    pub rates: &'a [Rates; 2],
+    /// Ticks per second.
+    pub hz: f32,
 }
 
-/// The ceiling at `x` before a place of `node` at which it is `from`.
-#[must_use]
-pub fn before(node: &Node, from: Branch, x: f32) -> Branch {
-    let top = node.limits.v;
-    let Branch { mut v, mut d } = from;
-    if !(x > 0.0) {
-        return from;
+impl<'a> Stretch<'a> {
+    /// Limits of the axes on `node`.
+    #[must_use]
+    pub fn rates(&self, node: &Node) -> &'a Rates {
+        &self.rates[usize::from(node.brisk)]
     }
-    let PathLimits { a, j } = limits(node, from, x);
-    if v + d * d / (2.0 * j) >= top {
-        // Only letting go of the acceleration is left.
-        let t = d / j;
-        let covered = t * (v + t * (0.5 * d - j * t * (1.0 / 6.0)));
-        if covered <= x {
-            return Branch { v: top, d: 0.0 };
-        }
-        let t = time_for(v, d, -j, x, t);
-        return Branch {
-            v: (v + t * (d - 0.5 * j * t)).min(top),
-            d: d - j * t,
-        };
+
+    /// Accelerations allowed on `node` at velocity `v`.
+    #[must_use]
+    pub fn acceleration(&self, node: &Node, v: f32) -> Range {
+        node.limits.acceleration(self.rates(node), v)
     }
-    let peak = sqrt(j * (top - v) + 0.5 * d * d).min(a);
-    let mut left = x;
-    // A node behind may allow more deceleration than this one does at this velocity: less of it, first.
-    let bend = if peak < d { -j } else { j };
-    let rise = (peak - d) / bend;
-    let hold = ((top - v - 0.5 * rise * (d + peak)) / peak - 0.5 * peak / j).max(0.0);
-    for (jerk, time) in [(bend, rise), (0.0, hold), (-j, peak / j)] {
-        let covered = time * (v + time * (0.5 * d + jerk * time * (1.0 / 6.0)));
-        let t = if covered <= left {
-            time
+
+    /// Jerks allowed on `node` at velocity `v` and acceleration `a` within `share` of the limits.
+    #[must_use]
+    pub fn jerk(&self, node: &Node, v: f32, a: f32, share: f32) -> Range {
+        node.limits.jerk(self.rates(node), v, a, share)
+    }
+
+    /// Limits on `node` at velocity `v`, whichever way the motion is changed.
+    #[must_use]
+    pub fn at(&self, node: &Node, v: f32) -> PathLimits {
+        node.limits.at(self.rates(node), v)
+    }
+
+    /// The ceiling at the end of node `index`.
+    #[must_use]
+    pub fn behind(&self, index: usize) -> Branch {
+        if index >= self.last {
+            Branch::REST
         } else {
-            time_for(v, d, jerk, left, time)
+            self.nodes.get(index + 1).start
+        }
+    }
+
+    /// The ceiling at `x` before a place of `node` at which it is `from`, whatever the largest velocity.
+    #[must_use]
+    pub fn before(&self, node: &Node, from: Branch, x: f32) -> Branch {
+        let Branch { v, d } = from;
+        if !(x > 0.0) {
+            return from;
+        }
+        // Deceleration comes down to `d` with jerk upwards: what is allowed of it where it begins and where it ends.
+        let first = PREDICTED * self.jerk(node, v, -d, 1.0).up;
+        let lowest = self.acceleration(node, v).down;
+        let time = bound(v, d, first, x, f32::MAX);
+        let high = (v + time * (d + 0.5 * first * time))
+            .min(sqrt(v * v + 2.0 * lowest.max(d) * x))
+            .min(node.limits.v);
+        let most = PREDICTED * lowest.min(self.acceleration(node, high).down);
+        let there = self.jerk(node, high, -(d + first * time).min(most), 1.0);
+        let jerk = first.min(PREDICTED * there.up);
+        // Behind, more deceleration may be allowed than here: less of it, first.
+        let bend = if most < d {
+            -PREDICTED * there.down
+        } else {
+            jerk
         };
-        v += t * (d + 0.5 * jerk * t);
-        d += jerk * t;
-        if covered > left {
+        let rise = (most - d) / bend;
+        let covered = rise * (v + rise * (0.5 * d + bend * rise * (1.0 / 6.0)));
+        if covered > x {
+            let t = time_for(v, d, bend, x, rise);
             return Branch {
-                v: v.min(top),
-                d: d.max(0.0),
+                v: v + t * (d + 0.5 * bend * t),
+                d: d + bend * t,
             };
         }
-        left -= covered;
+        let v = v + rise * (d + 0.5 * bend * rise);
+        Branch {
+            v: sqrt(v * v + 2.0 * most * (x - covered)),
+            d: most,
+        }
     }
-    Branch { v: top, d: 0.0 }
-}
 
-/// The lowest place the ceiling was hung up at last.
-struct Low {
-    v: f32,
-    /// From here on to there.
-    distance: f32,
-    limits: PathLimits,
+    /// Whether the motion can get from `at` onto the ceiling from below, by letting go of its acceleration and building up
+    /// deceleration as hard as the limits allow.
+    #[must_use]
+    pub fn merges(&self, mut at: Motion) -> bool {
+        if at.v < 0.0 {
+            return false;
+        }
+        for _ in 0..PREDICTIONS {
+            let node = self.nodes.get(at.node);
+            let ceiling = self.before(node, self.behind(at.node), at.left);
+            let limit = self.acceleration(node, at.v);
+            if at.v > ceiling.v.min(node.limits.v) * SLACK || at.a > limit.up * LOOSE {
+                return false;
+            }
+            let jerk = PREDICTED * self.jerk(node, at.v, at.a, 1.0).down;
+            // A small part of what a tick changes.
+            let small = 0.05 * jerk / self.hz;
+            if at.a <= small - ceiling.d || at.v <= 0.0 {
+                return true;
+            }
+            // The jerk there is falls while the velocity rises.
+            let rise = at.a.max(0.0) * at.a / (2.0 * jerk);
+            let near = (at.v + rise.min(0.25 * at.v)).min(node.limits.v);
+            let jerk = jerk.min(PREDICTED * self.jerk(node, near, at.a, 1.0).down);
+            let floor = -PREDICTED * limit.down;
+            let (jerk, part) = if at.a <= floor {
+                (0.0, f32::MAX)
+            } else {
+                // Not over the peak of the velocity.
+                let goal = if at.a > small { 0.0 } else { floor.max(-ceiling.d) };
+                let whole = (at.a - goal) / jerk;
+                let step = STEP * (at.a - floor).max(0.2 * (limit.up.min(limit.down))) / jerk;
+                // Long nodes not at one go: what the ceiling does on the way would not be seen.
+                let half = 0.5 * at.left.max(at.v * NEAR / self.hz) / at.v;
+                (jerk, whole.min(step.max(0.5 / self.hz)).min(half))
+            };
+            let covered = part * (at.v + part * (0.5 * at.a - part * jerk * (1.0 / 6.0)));
+            if covered < at.left {
+                at.left -= covered;
+                at.v += part * (at.a - 0.5 * jerk * part);
+                at.a -= jerk * part;
+                continue;
+            }
+            let time = time_for(at.v, at.a, -jerk, at.left, part);
+            at.v += time * (at.a - 0.5 * jerk * time);
+            at.a -= jerk * time;
+            if at.node >= self.last {
+                return false;
+            }
+            at.node += 1;
+            let next = self.nodes.get(at.node);
+            at.left = next.length;
+            if at.v > next.start.v * SLACK {
+                return false;
+            }
+            if at.a <= small - next.start.d {
+                return true;
+            }
+        }
+        false
+    }
+
+    /// Where a velocity limit `cap` cuts the ceiling off at the start of node `index`, at which its deceleration is `d`.
+    fn cut(&self, index: usize, cap: f32, d: f32) -> Branch {
+        let node = self.nodes.get(index);
+        let before = self.nodes.get(index.max(1) - 1);
+        let merges = |v: f32, d: f32| {
+            self.merges(Motion {
+                node: index,
+                left: node.length,
+                v,
+                a: -d,
+            })
+        };
+        if merges(cap, 0.0) {
+            return Branch { v: cap, d: 0.0 };
+        }
+        let most = |v: f32| {
+            let allowed = |node| self.acceleration(node, v).down;
+            d.min(PREDICTED * allowed(node).min(allowed(before)))
+        };
+        let highest = most(cap);
+        if merges(cap, highest) {
+            let (mut good, mut bad) = (highest, 0.0);
+            for _ in 0..HALVINGS {
+                let middle = 0.5 * (good + bad);
+                if merges(cap, middle) {
+                    good = middle;
+                } else {
+                    bad = middle;
+                }
+            }
+            return Branch { v: cap, d: good };
+        }
+        let (mut good, mut bad) = (0.0, cap);
+        for _ in 0..2 * HALVINGS {
+            let middle = 0.5 * (good + bad);
+            if merges(middle, most(middle)) {
+                good = middle;
+            } else {
+                bad = middle;
+            }
+        }
+        Branch {
+            v: good,
+            d: most(good),
+        }
+    }
 }
 
 /// Makes the ceiling of the nodes `first..=last`; the path is at rest at the end of `last`.
-pub fn build(nodes: &mut Nodes, first: usize, last: usize) {
-    let mut end = Branch::REST;
-    let mut low = Low {
-        v: 0.0,
-        distance: 0.0,
-        limits: PathLimits {
-            a: f32::MAX,
-            j: f32::MAX,
-        },
-    };
-    let mut index = last;
-    loop {
-        let node = *nodes.get(index);
-        let start = before(&node, end, node.length);
-        low.distance += node.length;
-        let here = limits(&node, end, node.length);
-        low.limits.a = low.limits.a.min(here.a);
-        low.limits.j = low.limits.j.min(here.j);
+pub fn build(nodes: &mut Nodes, rates: &[Rates; 2], hz: f32, first: usize, last: usize) {
+    for index in (first..=last).rev() {
+        let stretch = Stretch {
+            nodes,
+            last,
+            rates,
+            hz,
+        };
+        let node = nodes.get(index);
+        let mut start = stretch.before(node, stretch.behind(index), node.length);
+        let cap = if index > first {
+            let before = nodes.get(index - 1);
+            before.exit_v.min(before.limits.v).min(node.limits.v)
+        } else {
+            node.limits.v
+        };
+        if start.v > cap {
+            start = stretch.cut(index, cap, start.d);
+        }
         if let Some(node) = nodes.get_mut(index) {
             node.start = start;
         }
-        if index == first {
-            return;
-        }
-        index -= 1;
-        let earlier = nodes.get(index);
-        let cap = earlier.exit_v.min(earlier.limits.v).min(node.limits.v);
-        let release = start.d * start.d / (2.0 * here.j);
-        end = start;
-        if start.v > cap || start.v + release > earlier.limits.v {
-            let mut v = cap.min(start.v);
-            if v > start.v - 2.0 * release {
-                v = sustainable(&low, v);
-            }
-            end = Branch { v, d: 0.0 };
-            low = Low {
-                v,
-                distance: 0.0,
-                limits: PathLimits {
-                    a: f32::MAX,
-                    j: f32::MAX,
-                },
-            };
-            if let Some(node) = nodes.get_mut(index + 1) {
-                node.start = end;
-            }
-        }
     }
-}
-
-/// Largest velocity up to `most` from which, with zero acceleration, braking reaches `low` in time.
-fn sustainable(low: &Low, most: f32) -> f32 {
-    let reaches = |v: f32| {
-        v <= low.v || brake(v, 0.0, low.v, low.limits.a, low.limits.j).distance <= low.distance
-    };
-    if reaches(most) {
-        return most;
-    }
-    let (mut good, mut bad) = (low.v.min(most), most);
-    for _ in 0..12 {
-        let middle = 0.5 * (good + bad);
-        if reaches(middle) {
-            good = middle;
-        } else {
-            bad = middle;
-        }
-    }
-    good
 }

@@ -9,12 +9,13 @@ use crate::geometry::arc::{PathDerivatives, PathShape};
 use crate::units::{sqrt, AxisVec, AXES};
 
 /// Share of an axis' acceleration that curvature may take.
-const CURVATURE_SHARE: f32 = 0.92;
-/// Shares of an axis' jerk: change of curvature; curvature while accelerating; joints.
-const TORSION_SHARE: f32 = 0.5;
-const CROSS_SHARE: f32 = 0.6;
-/// Jerk that is left to let go of an acceleration that has become too high, share of what it is without acceleration.
-const LEAST_JERK: f32 = 0.2;
+const CURVATURE_SHARE: f32 = 0.96;
+/// Share of an axis' jerk that changing curvature may take at constant velocity.
+const TORSION_SHARE: f32 = 0.85;
+/// Share of an axis' jerk that curvature may take in all; the rest is for changing the acceleration.
+const NEUTRAL_SHARE: f32 = 0.9;
+/// Jerk that is always counted on, share of what there is at standstill.
+const LEAST_JERK: f32 = 0.02;
 /// Slope below which an axis does not count as moving along, axis units per path unit.
 const LEAST_SLOPE: f32 = 1.0e-6;
 const JOINT_SHARE: f32 = 0.7;
@@ -26,22 +27,74 @@ const ROUNDING: f32 = 5.0e-5;
 /// A joint slower than this share of the feed becomes an exact stop.
 const STOP_SHARE: f32 = 0.02;
 
-/// Limits on path motion within one segment as functions of its velocity: mm (or degree), s.
+/// Limits of the axes that path motion has to keep: acceleration and jerk, axis units, s.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Rates {
+    /// Acceleration.
+    pub a: AxisVec,
+    /// Jerk.
+    pub j: AxisVec,
+}
+
+impl Rates {
+    /// Those of the machine; jerk-limited if `soft`.
+    #[must_use]
+    pub fn new(config: &Config, soft: bool) -> Self {
+        Self {
+            a: core::array::from_fn(|i| config.axes[i].a_max),
+            j: core::array::from_fn(|i| axis_jerk(config, i, soft)),
+        }
+    }
+}
+
+/// Limits on path motion within one segment: mm (or degree), s.
 ///
-/// Per axis i with bounds q' and q'' of its derivatives, acceleration is limited to `alpha - beta v^2`, jerk to
-/// `gamma - 3 beta v a - delta v^3`; the path's limits are the least of them.
+/// Derivatives of the axes are ranges with their signs: which way an axis is bent decides whether braking or speeding
+/// up is limited.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CurveLimits {
     /// Largest velocity.
     pub v: f32,
-    /// What the axis has left, over q'.
-    alpha: AxisVec,
-    /// q'' / q'.
-    beta: AxisVec,
-    /// Jerk of the axis over q'.
-    gamma: AxisVec,
-    /// q''' / q'.
-    delta: AxisVec,
+    /// Least q', q'' and q''' of the axes.
+    low: [AxisVec; 3],
+    /// Largest.
+    high: [AxisVec; 3],
+    /// Share of the acceleration that the joints leave.
+    share: f32,
+}
+
+/// What may be done at one velocity, or at one velocity and acceleration: braking and speeding up, both as sizes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Range {
+    /// Least value with its sign turned round.
+    pub down: f32,
+    /// Largest value.
+    pub up: f32,
+}
+
+impl Range {
+    const ALL: Self = Self {
+        down: f32::MAX,
+        up: f32::MAX,
+    };
+
+    /// `per x` is to stay within `below` downwards and `above` upwards, for every `per` from `low` to `high`.
+    #[inline]
+    fn keep(&mut self, low: f32, high: f32, below: f32, above: f32) {
+        let least = |limit: &mut f32, room: f32, per: f32| {
+            if *limit * per > room {
+                *limit = room / per;
+            }
+        };
+        if high > LEAST_SLOPE {
+            least(&mut self.up, above, high);
+            least(&mut self.down, below, high);
+        }
+        if low < -LEAST_SLOPE {
+            least(&mut self.up, below, -low);
+            least(&mut self.down, above, -low);
+        }
+    }
 }
 
 /// Limits at one velocity.
@@ -57,50 +110,68 @@ impl CurveLimits {
     /// Nothing may move.
     pub const NONE: Self = Self {
         v: 0.0,
-        alpha: [0.0; AXES],
-        beta: [0.0; AXES],
-        gamma: [0.0; AXES],
-        delta: [0.0; AXES],
+        low: [[0.0; AXES]; 3],
+        high: [[0.0; AXES]; 3],
+        share: 0.0,
     };
 
-    /// Largest acceleration at velocity `v`, either sign. Leaves a share of the jerk for changing it.
+    /// Accelerations allowed at velocity `v`: `|q' a + q'' v^2|` within the acceleration of every axis, and
+    /// `|3 q'' v a + q''' v^3|` within what jerk leaves, so that it can be changed again.
     #[must_use]
-    pub fn acceleration(&self, v: f32) -> f32 {
+    pub fn acceleration(&self, rates: &Rates, v: f32) -> Range {
         let v = v.min(self.v);
-        let square = v * v;
-        let mut limit = f32::MAX;
+        let (square, thrice) = (v * v, 3.0 * v);
+        let cube = square * v;
+        let mut range = Range::ALL;
         for i in 0..AXES {
-            limit = limit.min(self.alpha[i] - self.beta[i] * square);
-            let cross = 3.0 * self.beta[i] * v;
-            let left = CROSS_SHARE * (self.gamma[i] - self.delta[i] * v * square);
-            if limit * cross > left {
-                limit = left / cross;
-            }
+            let [low, high] = [&self.low, &self.high];
+            let rate = self.share * rates.a[i];
+            let below = (rate + square * low[1][i]).max(0.0);
+            let above = (rate - square * high[1][i]).max(0.0);
+            range.keep(low[0][i], high[0][i], below, above);
+            let rate = NEUTRAL_SHARE * rates.j[i];
+            let below = (rate + cube * low[2][i]).max(0.0);
+            let above = (rate - cube * high[2][i]).max(0.0);
+            range.keep(thrice * low[1][i], thrice * high[1][i], below, above);
         }
-        limit
+        range
     }
 
-    /// Largest jerk at velocity `v` and acceleration `a`, either sign.
+    /// Jerks allowed at velocity `v` and acceleration `a`: `|q' j + 3 q'' v a + q''' v^3|` within `share` of the jerk of
+    /// every axis.
     #[must_use]
-    pub fn jerk(&self, v: f32, a: f32) -> f32 {
+    pub fn jerk(&self, rates: &Rates, v: f32, a: f32, share: f32) -> Range {
         let v = v.min(self.v);
-        let (cross, cube) = (3.0 * v * a.abs(), v * v * v);
-        let mut limit = f32::MAX;
+        let (cross, cube) = (3.0 * v * a, v * v * v);
+        let mut range = Range::ALL;
         for i in 0..AXES {
-            let left = self.gamma[i] - self.delta[i] * cube;
-            limit = limit.min((left - self.beta[i] * cross).max(LEAST_JERK * left));
+            let [low, high] = [&self.low, &self.high];
+            let (x, y) = (cross * low[1][i], cross * high[1][i]);
+            let rate = share * rates.j[i];
+            let floor = LEAST_JERK * rates.j[i];
+            let below = (rate + x.min(y) + cube * low[2][i]).max(floor);
+            let above = (rate - x.max(y) - cube * high[2][i]).max(floor);
+            range.keep(low[0][i], high[0][i], below, above);
         }
-        limit
+        range
     }
 
-    /// Limits that hold at `v` and everywhere below it.
+    /// Limits that hold at `v`, whichever way the motion is changed.
     #[must_use]
-    pub fn below(&self, v: f32) -> PathLimits {
-        let a = self.acceleration(v);
+    pub fn at(&self, rates: &Rates, v: f32) -> PathLimits {
+        let Range { down, up } = self.acceleration(rates, v);
+        let a = down.min(up);
         PathLimits {
             a,
-            j: self.jerk(v, a),
+            j: self.least_jerk(rates, v, a),
         }
+    }
+
+    /// Jerk allowed at `v` whichever its sign and that of the acceleration `a`.
+    #[must_use]
+    pub fn least_jerk(&self, rates: &Rates, v: f32, a: f32) -> f32 {
+        let [x, y] = [a, -a].map(|a| self.jerk(rates, v, a, 1.0));
+        x.down.min(x.up).min(y.down).min(y.up)
     }
 }
 
@@ -109,8 +180,6 @@ impl CurveLimits {
 pub struct JointCost {
     /// Acceleration seen in the tick of the joint.
     pub a: AxisVec,
-    /// Jerk seen in the ticks around the joint.
-    pub j: AxisVec,
 }
 
 /// Verdict on one joint.
@@ -118,8 +187,8 @@ pub struct JointCost {
 pub struct Joint {
     /// Largest path velocity over the joint; 0 is an exact stop.
     pub v: f32,
-    /// Largest path jerk in the ticks around it.
-    pub j: f32,
+    /// Share of the jerk that passing it leaves in the ticks around it.
+    pub share: f32,
     /// Cost at that velocity.
     pub cost: JointCost,
 }
@@ -128,10 +197,9 @@ impl Joint {
     /// The path comes to rest there.
     pub const STOP: Self = Self {
         v: 0.0,
-        j: f32::MAX,
+        share: 1.0,
         cost: JointCost {
             a: [0.0; AXES],
-            j: [0.0; AXES],
         },
     };
 }
@@ -154,11 +222,12 @@ pub fn velocity_limit(
     feed: f32,
     soft: bool,
 ) -> f32 {
-    let PathDerivatives {
-        first,
-        second,
-        third,
-    } = shape.bound;
+    let most = |low: &AxisVec, high: &AxisVec| -> AxisVec {
+        core::array::from_fn(|i| high[i].max(-low[i]))
+    };
+    let first = most(&shape.low.first, &shape.high.first);
+    let second = most(&shape.low.second, &shape.high.second);
+    let third = most(&shape.low.third, &shape.high.third);
     // No more than one joint per tick: what the interrupt does in a tick stays bounded, and so does what joints add up to.
     let mut v = feed.min(length * config.servo_hz as f32);
     for a in 0..AXES {
@@ -184,34 +253,20 @@ pub fn curve_limits(
     config: &Config,
     shape: &PathShape,
     v: f32,
-    soft: bool,
     joints: &[JointCost; 2],
 ) -> CurveLimits {
-    let mut limits = CurveLimits {
-        v,
-        alpha: [f32::MAX; AXES],
-        beta: [0.0; AXES],
-        gamma: [f32::MAX; AXES],
-        delta: [0.0; AXES],
-    };
+    let PathShape { low, high, .. } = shape;
+    let mut share = 1.0_f32;
     for i in 0..AXES {
-        let (q1, q2, q3) = (
-            shape.bound.first[i],
-            shape.bound.second[i],
-            shape.bound.third[i],
-        );
-        if !(q1 > 0.0) {
-            continue;
-        }
-        // An axis that hardly moves along still limits what it can turn, through `v`.
-        let along = 1.0 / q1.max(LEAST_SLOPE);
         let taken = joints[0].a[i].max(joints[1].a[i]);
-        limits.alpha[i] = (config.axes[i].a_max - taken) * along;
-        limits.gamma[i] = axis_jerk(config, i, soft) * along;
-        limits.beta[i] = q2 * along;
-        limits.delta[i] = q3 * along;
+        share = share.min(1.0 - taken / config.axes[i].a_max);
     }
-    limits
+    CurveLimits {
+        v,
+        low: [low.first, low.second, low.third],
+        high: [high.first, high.second, high.third],
+        share,
+    }
 }
 
 /// How fast the joint from `before` to `after` may be passed, given the velocity `v` both sides allow.
@@ -264,25 +319,19 @@ pub fn joint(
         return Joint::STOP;
     }
     let mut cost = JointCost::default();
-    let mut j = f32::MAX;
+    let mut share = 1.0_f32;
     for a in 0..AXES {
         let step1 = (after.first[a] - before.first[a]).abs();
         let step2 = SAMPLED_STEP * (after.second[a] - before.second[a]).abs();
         let limit = axis_jerk(config, a, soft);
         cost.a[a] = (step1 * allowed * hz).min(0.5 * config.axes[a].a_max);
         let turned = step1 * config.axes[a].a_max * hz;
-        cost.j[a] = (turned + step1 * allowed * hz * hz + step2 * allowed * allowed * hz)
-            .min(JOINT_SHARE * limit);
-        let along = before.first[a].abs().max(after.first[a].abs());
-        let third = before.third[a].abs().max(after.third[a].abs());
-        if along > 0.0 {
-            let taken = cost.j[a] + third * allowed * allowed * allowed;
-            j = j.min((limit - taken).max(0.1 * limit) / along);
-        }
+        let taken = turned + step1 * allowed * hz * hz + step2 * allowed * allowed * hz;
+        share = share.min(1.0 - taken.min(JOINT_SHARE * limit) / limit);
     }
     Joint {
         v: allowed,
-        j,
+        share,
         cost,
     }
 }

@@ -20,7 +20,7 @@ use crate::interpolator::{widen, PathState, Piece, PieceEnd};
 use crate::machine::shared::Shared;
 use crate::units::Position;
 use ceiling::Branch;
-use limits::{curve_limits, joint, velocity_limit, Joint, JointCost};
+use limits::{curve_limits, joint, velocity_limit, Joint, JointCost, Rates};
 use nodes::{Node, Nodes};
 use profile::{Decision, View};
 
@@ -177,9 +177,9 @@ impl<'a> Planner<'a> {
         self.nodes.push(Node {
             length_q: *length_q,
             length: *length_q as f32 / (1_u64 << S_FRAC) as f32,
-            limits: curve_limits(config, shape, *v, order.soft, &[*entry, exit.cost]),
+            limits: curve_limits(config, shape, *v, &[*entry, exit.cost]),
             exit_v: exit.v,
-            exit_j: exit.j,
+            exit_share: exit.share,
             stop: exit.v <= 0.0,
             brisk: !order.soft,
             start: Branch::REST,
@@ -291,7 +291,7 @@ impl<'a> Planner<'a> {
             }
             return false;
         }
-        if !self.raise_ceiling() {
+        if !self.raise_ceiling(config) {
             return false;
         }
         let view = self.view(config);
@@ -402,6 +402,7 @@ impl<'a> Planner<'a> {
             cursor: self.cursor,
             last: self.last.wrapping_sub(self.first) as usize,
             state: self.state,
+            rates: rates(config),
             hz: config.servo_hz as f32,
         }
     }
@@ -410,7 +411,7 @@ impl<'a> Planner<'a> {
     ///
     /// What is looked at depends on the running numbers of segments only, never on what else has come: decisions do not
     /// depend on when segments arrive. What lies behind a stop is not looked at.
-    fn raise_ceiling(&mut self) -> bool {
+    fn raise_ceiling(&mut self, config: &Config) -> bool {
         let here = self.first.wrapping_add(self.cursor as u32);
         if self
             .until
@@ -427,9 +428,15 @@ impl<'a> Planner<'a> {
             None if known > wanted => (wanted, LOOK_AHEAD),
             None => return false,
         };
-        ceiling::build(self.nodes, self.cursor, last);
+        let hz = config.servo_hz as f32;
+        ceiling::build(self.nodes, &rates(config), hz, self.cursor, last);
         self.last = self.first.wrapping_add(last as u32);
         self.until = Some(self.last.wrapping_sub(ahead));
         true
     }
+}
+
+/// Limits of the axes, of jerk-limited motion and of the other.
+fn rates(config: &Config) -> [Rates; 2] {
+    [Rates::new(config, true), Rates::new(config, false)]
 }

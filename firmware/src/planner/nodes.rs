@@ -17,8 +17,8 @@ pub struct Node {
     pub limits: CurveLimits,
     /// Velocity allowed over the joint at its end.
     pub exit_v: f32,
-    /// Path jerk allowed in the ticks around that joint.
-    pub exit_j: f32,
+    /// Share of the jerk that is left in the ticks around that joint.
+    pub exit_share: f32,
     /// The path comes to rest at its end.
     pub stop: bool,
     /// Limited in acceleration, not in jerk.
@@ -32,7 +32,7 @@ const EMPTY: Node = Node {
     length: 0.0,
     limits: CurveLimits::NONE,
     exit_v: 0.0,
-    exit_j: 0.0,
+    exit_share: 1.0,
     stop: true,
     brisk: false,
     start: Branch::REST,

@@ -6,8 +6,8 @@
 //! [`super::brake::hop`]).
 
 use super::brake::{brake, hop, land, slow, Phases};
-use super::ceiling::{before, Branch, PREDICTED};
-use super::limits::PathLimits;
+use super::ceiling::{Branch, Motion, Stretch, LOOSE, SLACK};
+use super::limits::{PathLimits, Range, Rates};
 use super::nodes::Nodes;
 use crate::interpolator::{widen, PathState, T_FRAC};
 
@@ -20,23 +20,17 @@ const NO_ACCELERATION: f32 = 0.1;
 /// From this share of the velocity limit on the motion cruises: closing the rest would only dither.
 const CRUISE: f32 = 1.0 - 5.0e-5;
 
-/// Slack on comparisons, relative.
-const SLACK: f32 = 1.0 + 5.0e-5;
-
 /// Halvings of the range of jerks.
-const HALVINGS: u32 = 8;
+const HALVINGS: u32 = 6;
 
-/// Steps in which a prediction lets go of the acceleration within one node.
-const STEPS: f32 = 4.0;
+/// Parts of that range whose ends are tried first.
+const ANCHORS: u32 = 4;
 
 /// From this share of its velocity on a motion counts as under the ceiling.
 const CLOSE: f32 = 0.995;
 
 /// Share of the limits that a long landing may leave unused.
 const GENTLE: f32 = 0.04;
-
-/// Steps after which a prediction that has not ended counts as unsafe.
-const PREDICTIONS: u32 = 400;
 
 /// Share of the phases around the peak of deceleration that is flattened; the jerk grows by its square.
 const PEAK: f32 = 0.04;
@@ -56,6 +50,8 @@ pub struct View<'a> {
     pub last: usize,
     /// State at the end of the last piece.
     pub state: PathState,
+    /// Limits of the axes, jerk-limited and not.
+    pub rates: [Rates; 2],
     /// Ticks per second.
     pub hz: f32,
 }
@@ -85,16 +81,6 @@ struct StopAhead {
     limits: PathLimits,
 }
 
-/// Motion in SI-like units, continuous in time.
-#[derive(Clone, Copy, Debug)]
-struct Motion {
-    node: usize,
-    /// Distance left in `node`.
-    left: f32,
-    v: f32,
-    a: f32,
-}
-
 impl View<'_> {
     /// The state as a motion continuous in time.
     ///
@@ -111,19 +97,20 @@ impl View<'_> {
         }
     }
 
-    /// The ceiling at the end of node `index`.
-    fn ceiling_behind(&self, index: usize) -> Branch {
-        if index >= self.last {
-            Branch::REST
-        } else {
-            self.nodes.get(index + 1).start
+    fn stretch(&self) -> Stretch<'_> {
+        Stretch {
+            nodes: self.nodes,
+            last: self.last,
+            rates: &self.rates,
+            hz: self.hz,
         }
     }
 
     fn ceiling_at(&self, at: &Motion) -> Branch {
-        before(
+        let stretch = self.stretch();
+        stretch.before(
             self.nodes.get(at.node),
-            self.ceiling_behind(at.node),
+            stretch.behind(at.node),
             at.left,
         )
     }
@@ -148,12 +135,14 @@ impl View<'_> {
             let node = self.nodes.get(index);
             found.distance_q += widen(node.length_q);
             found.v = found.v.min(node.limits.v);
-            let here = node.limits.acceleration(v);
+            let rates = self.stretch().rates(node);
+            let here = node.limits.acceleration(rates, v);
+            let here = here.down.min(here.up);
             found.limits.a = found.limits.a.min(here);
             // The acceleration that braking from here builds up.
-            let free = node.limits.jerk(v, 0.0);
+            let free = node.limits.least_jerk(rates, v, 0.0);
             let peak = crate::units::sqrt(free * v).min(here);
-            found.limits.j = found.limits.j.min(node.limits.jerk(v, peak));
+            found.limits.j = found.limits.j.min(node.limits.least_jerk(rates, v, peak));
             if index < self.last {
                 found.v = found.v.min(node.exit_v);
             }
@@ -162,51 +151,18 @@ impl View<'_> {
         Some(found)
     }
 
-    /// Whether the motion can get from `at` onto the ceiling from below.
-    fn safe(&self, mut at: Motion) -> bool {
-        if at.v < 0.0 {
-            return false;
-        }
-        for _ in 0..PREDICTIONS {
-            let ceiling = self.ceiling_at(&at);
-            if at.v > ceiling.v * SLACK {
-                return false;
-            }
-            let node = self.nodes.get(at.node);
-            let jerk = PREDICTED * node.limits.jerk(at.v, at.a);
-            // A small part of what a tick changes.
-            if at.a <= 0.05 * jerk / self.hz - ceiling.d || at.v <= 0.0 {
-                return true;
-            }
-            // Let go for a part of the time it takes, at most to the end of the node.
-            let limit = node.limits.acceleration(at.v);
-            if at.a > limit * 1.001 {
-                return false;
-            }
-            // The jerk there is falls while the velocity rises.
-            let rise = at.a.max(0.0) * at.a / (2.0 * jerk);
-            let near = (at.v + rise.min(0.25 * at.v)).min(node.limits.v);
-            let jerk = jerk.min(PREDICTED * node.limits.jerk(near, at.a));
-            let whole = (at.a + ceiling.d) / jerk;
-            let part = whole.min((at.a.max(0.1 * limit) / (STEPS * jerk)).max(0.5 / self.hz));
-            let covered = part * (at.v + part * (0.5 * at.a - part * jerk * (1.0 / 6.0)));
-            if covered < at.left {
-                at.left -= covered;
-                at.v += part * (at.a - 0.5 * jerk * part);
-                at.a -= jerk * part;
-                continue;
-            }
-            // Uniform acceleration is near enough over what is left of the node.
-            let time = 2.0 * at.left / (at.v + (at.v + part * (at.a - 0.5 * jerk * part)).max(0.0));
-            at.v += time * (at.a - 0.5 * jerk * time);
-            at.a -= jerk * time;
-            if at.node >= self.last {
-                return at.v <= 0.0;
-            }
-            at.node += 1;
-            at.left = self.nodes.get(at.node).length;
-        }
-        false
+    /// Whether node `index` allows velocity `v` and acceleration `a` while `jerk` runs within `share` of the limits; what
+    /// is beyond a limit may be on its way back.
+    fn allows(&self, index: usize, v: f32, a: f32, jerk: f32, share: f32) -> bool {
+        let stretch = self.stretch();
+        let node = self.nodes.get(index);
+        let Range { down, up } = stretch.jerk(node, v, a, share);
+        let limit = stretch.acceleration(node, v);
+        v <= node.limits.v * SLACK
+            && jerk <= up * LOOSE
+            && -jerk <= down * LOOSE
+            && (a <= limit.up * LOOSE || jerk < 0.0)
+            && (-a <= limit.down * LOOSE || jerk > 0.0)
     }
 
     /// Runs `jerk` (path units / s^3) for `time` and says where that leads, or `None` if a limit breaks on the way.
@@ -222,33 +178,35 @@ impl View<'_> {
             v,
             a,
         };
-        let high = start.a.abs().max(a.abs());
+        let close = 1.5 * at.v / self.hz;
         let mut passed = start.left;
         loop {
             let node = self.nodes.get(at.node);
-            if at.left >= 0.0 {
+            if at.left >= close || at.node >= self.last {
                 break;
             }
-            if at.node >= self.last {
-                return None;
-            }
             let next = self.nodes.get(at.node + 1);
-            let here = crate::units::sqrt(b0 + (b1 - b0) * (passed / covered).min(1.0));
-            if here > node.exit_v.min(next.limits.v).min(next.start.v) * SLACK
-                || jerk.abs() > next.limits.jerk(here, high) * 1.001
-                || high > next.limits.acceleration(here) * 1.001
+            let part = (passed / covered).min(1.0);
+            let here = crate::units::sqrt(b0 + (b1 - b0) * part);
+            let there = start.a + (a - start.a) * part;
+            let over = at.left < 0.0;
+            if (over && here > node.exit_v.min(next.start.v) * SLACK)
+                || !self.allows(at.node, here, there, jerk, node.exit_share)
+                || !self.allows(at.node + 1, here, there, jerk, node.exit_share)
             {
                 return None;
+            }
+            if !over {
+                break;
             }
             at.node += 1;
             at.left += next.length;
             passed += next.length;
         }
-        let limits = &self.nodes.get(at.node).limits;
-        (v <= limits.v * SLACK
-            && jerk.abs() <= limits.jerk(v.max(start.v), high) * 1.001
-            && (a <= limits.acceleration(v) * 1.001 || jerk < 0.0))
-            .then_some(at)
+        if at.left < 0.0 {
+            return None;
+        }
+        self.allows(at.node, v, a, jerk, 1.0).then_some(at)
     }
 
     /// The next thing to run.
@@ -284,15 +242,21 @@ impl View<'_> {
 
     fn greedy(&self) -> Decision {
         let start = self.motion();
+        let stretch = self.stretch();
         let node = self.nodes.get(start.node);
-        let a_max = node.limits.acceleration(start.v);
-        let j_max = node.limits.jerk(start.v, start.a);
-        let cruising = start.v >= node.limits.v * CRUISE
-            && start.a.abs()
-                <= (NO_ACCELERATION * j_max / self.hz)
-                    .min(0.1 * (1.0 - CRUISE) * start.v * self.hz);
+        let limit = stretch.acceleration(node, start.v);
+        let close = 1.5 * start.v / self.hz;
+        let share = if start.node > 0 && node.length - start.left < close {
+            self.nodes.get(start.node - 1).exit_share
+        } else {
+            1.0
+        };
+        let Range { down, up } = stretch.jerk(node, start.v, start.a, share);
+        let (a_max, j_max) = (limit.up.min(limit.down), up.min(down));
+        let top = node.limits.v;
+        let cruising = start.v >= top * CRUISE && start.a.abs() <= 0.1 * (1.0 - CRUISE) * start.v * self.hz;
         // Short against the time the acceleration takes to build up.
-        let steady = cruising || (start.a >= 0.999 * a_max && node.brisk);
+        let steady = cruising || (start.a >= 0.999 * limit.up && node.brisk);
         let scale = (a_max / j_max).min(crate::units::sqrt(start.v / j_max));
         let most = if steady {
             TICKS_MAX
@@ -302,24 +266,49 @@ impl View<'_> {
         let mut ticks = most;
         loop {
             let time = ticks as f32 / self.hz;
-            let j_max = j_max.min(self.jerk_limit(&start, time));
-            let high = if cruising {
+            // Onto the largest velocity, to stay there.
+            let settled = start.v + 0.5 * start.a * time;
+            let high = if settled >= top * CRUISE && settled <= top * SLACK {
                 -start.a / time
             } else {
-                j_max.min((a_max - start.a) / time).max(-j_max)
+                (limit.up - start.a) / time
             };
+            let high = high.min(up).max(-down);
             // Acceleration must be gone again before the motion is.
-            let low = (-j_max)
-                .max((-a_max - start.a) / time)
+            let low = (-down)
+                .max((-limit.down - start.a) / time)
                 .max(-(start.v + start.a * time) / (0.5 * time * time));
-            let ok = |jerk: f32| {
-                self.probe(&start, jerk, time)
-                    .is_some_and(|at| self.safe(at))
-            };
-            let found = if high >= low && ok(high) {
-                Some(high)
-            } else if high >= low && ok(low) {
-                let (mut good, mut bad) = (low, high);
+            #[cfg(not(target_os="none"))] if std::env::var("PD").is_ok() { std::eprintln!("node {} left {} v {} a {} ticks {} low {} high {} up {} down {} limit {:?} top {} got {:?}", start.node, start.left, start.v, start.a, ticks, low, high, up, down, limit, node.limits.v, self.largest(&start, low, high, time)); }
+            if let Some(jerk) = self.largest(&start, low, high, time) {
+                return Decision::Go(self.units(jerk), ticks);
+            }
+            if ticks == 1 {
+                return Decision::Go(self.units(low.min(high).max(-down)), 1);
+            }
+            ticks = (ticks / 2).max(1);
+        }
+    }
+
+    /// The largest jerk from `low` to `high` that may run for `time`.
+    fn largest(&self, start: &Motion, low: f32, high: f32, time: f32) -> Option<f32> {
+        let stretch = self.stretch();
+        let ok = |jerk: f32| {
+            self.probe(start, jerk, time)
+                .is_some_and(|at| stretch.merges(at))
+        };
+        if !(high >= low) {
+            return None;
+        }
+        // Neither of the ends need be allowed, and what lies between them be.
+        let mut bad = None;
+        for k in 0..=ANCHORS {
+            let jerk = high + (low - high) * (k as f32 / ANCHORS as f32);
+            if !ok(jerk) {
+                bad = Some(jerk);
+                continue;
+            }
+            let mut good = jerk;
+            if let Some(mut bad) = bad {
                 for _ in 0..HALVINGS {
                     let middle = 0.5 * (good + bad);
                     if ok(middle) {
@@ -328,43 +317,10 @@ impl View<'_> {
                         bad = middle;
                     }
                 }
-                Some(good)
-            } else {
-                None
-            };
-            if let Some(jerk) = found {
-                return Decision::Go(self.units(jerk), ticks);
             }
-            if ticks == 1 {
-                return Decision::Go(self.units(low.min(high).max(-j_max)), 1);
-            }
-            ticks = (ticks / 2).max(1);
+            return Some(good);
         }
-    }
-
-    /// Jerk allowed for `time` from `at` on: everywhere the motion may come to, at whatever velocity and acceleration it
-    /// may reach, and at the joints passed or close by.
-    fn jerk_limit(&self, at: &Motion, time: f32) -> f32 {
-        let first = &self.nodes.get(at.node).limits;
-        let most = first.jerk(at.v, at.a);
-        let (rise, a) = (at.a.max(0.0), at.a.abs() + most * time);
-        let v = at.v + time * (rise + 0.5 * most * time);
-        let mut jerk = first.jerk(v, a.min(first.acceleration(v)));
-        let close = 1.5 * at.v / self.hz;
-        if at.node > 0 && self.nodes.get(at.node).length - at.left < close {
-            jerk = jerk.min(self.nodes.get(at.node - 1).exit_j);
-        }
-        let mut left = at.left - close - time * (at.v + 0.5 * rise * time);
-        let mut index = at.node;
-        while left < 0.0 && index < self.last {
-            jerk = jerk.min(self.nodes.get(index).exit_j);
-            index += 1;
-            let next = self.nodes.get(index);
-            let a = a.min(next.limits.acceleration(v));
-            jerk = jerk.min(next.limits.jerk(v, a));
-            left += next.length;
-        }
-        jerk
+        None
     }
 
     fn units(&self, jerk: f32) -> i64 {
@@ -382,7 +338,7 @@ impl View<'_> {
         let j = stop.distance / (2.0 * m * m * m);
         let (v, a) = (j * m * m * self.hz, j * m * self.hz * self.hz);
         let holds = |index: usize| {
-            let below = self.nodes.get(index).limits.below(v);
+            let below = self.stretch().at(self.nodes.get(index), v);
             a <= below.a && j * self.hz * self.hz * self.hz <= below.j
         };
         if v > stop.v || !(self.cursor..=self.last).all(holds) {
@@ -412,7 +368,7 @@ impl View<'_> {
         let by = per_tick(stop.distance_q);
         let a0 = per_tick(self.state.a);
         let a1 = by - per_tick(self.state.v);
-        let limits = node.limits.below(0.0);
+        let limits = self.stretch().at(node, 0.0);
         let fits = |a: f32, before: f32| {
             a.abs() * scale <= limits.a
                 && (node.brisk || (a - before).abs() * scale * self.hz <= limits.j)
@@ -434,12 +390,14 @@ impl View<'_> {
         // nothing better.
         let ticks = self.hz * reach(1.0).time.iter().sum::<f32>();
         let ceiling = self.ceiling_at(&m);
-        let (mut low, mut high) = if ceiling.d > 0.0 && m.v > CLOSE * ceiling.v {
-            (if self.cursor == self.last { 0.2 } else { 0.85 }, 0.995)
+        let along = m.v > CLOSE * ceiling.v && m.a < -0.8 * ceiling.d && ceiling.d > 0.0;
+        let (mut low, mut high) = if along {
+            (if ticks < 24.0 { 0.2 } else { 0.85 }, 0.995)
         } else {
             (1.0 - GENTLE - 4.0 / ticks.max(8.0), 0.995)
         };
         let distance = stop.distance + m.v / self.hz;
+        #[cfg(not(target_os="none"))] if std::env::var("PD").is_ok() { std::eprintln!("land? m {:?} dist {} limits {:?} ceil {:?} along {} ticks {} reach low {} high {}", m, distance, stop.limits, ceiling, along, ticks, reach(low).distance, reach(high).distance); }
         if !(stop.distance > 0.0)
             || reach(low).distance < distance
             || reach(high).distance > distance
@@ -488,7 +446,7 @@ impl View<'_> {
         let mut state = self.state;
         let mut node = self.cursor;
         for &(j, ticks) in phases {
-            let jerk = (j as f32 * jerk_scale).abs();
+            let jerk = j as f32 * jerk_scale;
             let mut left = ticks;
             while left > 0 {
                 let mut n = left.min(CHUNK);
@@ -500,13 +458,18 @@ impl View<'_> {
                 }
                 left -= n;
                 let v = state.v.max(next.v) as f32 / UNIT * self.hz;
-                let a = next.a.abs() as f32 / UNIT * self.hz * self.hz;
-                let within = |index: usize| {
-                    let limits = &self.nodes.get(index).limits;
-                    v <= limits.v * 1.0001
-                        && a <= limits.acceleration(v) * 1.001
-                        && (self.nodes.get(index).brisk || jerk <= limits.jerk(v, a) * 1.001)
+                let a = next.a as f32 / UNIT * self.hz * self.hz;
+                let keeps = |index: usize, share: f32| {
+                    let stretch = self.stretch();
+                    let node = self.nodes.get(index);
+                    let limit = stretch.acceleration(node, v);
+                    let range = stretch.jerk(node, v, a, share);
+                    v <= node.limits.v * 1.0001
+                        && a <= limit.up * LOOSE
+                        && -a <= limit.down * LOOSE
+                        && (node.brisk || (jerk <= range.up * LOOSE && -jerk <= range.down * LOOSE))
                 };
+                let within = |index: usize| keeps(index, 1.0);
                 // The release phase may undershoot standstill by the rounding of three integer jerks only.
                 if !within(node) || next.v < -(1 << 26) {
                     return None;
@@ -517,8 +480,7 @@ impl View<'_> {
                     node += 1;
                     if passed.stop
                         || v > passed.exit_v * 1.0001
-                        || jerk > passed.exit_j * 1.001
-                        || !within(node)
+                        || !keeps(node, passed.exit_share)
                     {
                         return None;
                     }
@@ -533,16 +495,17 @@ impl View<'_> {
     #[must_use]
     pub fn halt(&self) -> (Phases, f32) {
         let m = self.motion();
+        let stretch = self.stretch();
         let v =
-            m.v + m.a.max(0.0) * m.a.max(0.0) / (2.0 * self.nodes.get(m.node).limits.below(m.v).j);
-        let PathLimits { mut a, mut j } = self.nodes.get(self.cursor).limits.below(v);
+            m.v + m.a.max(0.0) * m.a.max(0.0) / (2.0 * stretch.at(self.nodes.get(m.node), m.v).j);
+        let PathLimits { mut a, mut j } = stretch.at(self.nodes.get(self.cursor), v);
         let mut b = brake(m.v, m.a, 0.0, a, j);
         let mut covered = m.left;
         let mut index = self.cursor;
         while covered < b.distance && index < self.last {
             index += 1;
             let node = self.nodes.get(index);
-            let limits = node.limits.below(v);
+            let limits = stretch.at(node, v);
             if limits.a < a || limits.j < j {
                 a = a.min(limits.a);
                 j = j.min(limits.j);

@@ -18,8 +18,10 @@ pub struct PathDerivatives {
 /// What the planner must know of a segment's curve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PathShape {
-    /// Largest absolute derivatives over the segment.
-    pub bound: PathDerivatives,
+    /// Least derivatives over the segment.
+    pub low: PathDerivatives,
+    /// Largest derivatives over the segment.
+    pub high: PathDerivatives,
     /// At s = 0.
     pub start: PathDerivatives,
     /// At s = L.
@@ -32,8 +34,8 @@ pub struct PathShape {
 
 /// Allowances for what samples miss of the peak of a derivative between them. Random programs exceed a limit by up to
 /// 1 % without.
-const SAMPLED_FIRST: f32 = 1.01;
-const SAMPLED_HIGHER: f32 = 1.03;
+const SAMPLED_FIRST: f32 = 0.01;
+const SAMPLED_HIGHER: f32 = 0.03;
 
 /// Points at which derivatives are taken, the ends among them.
 const SAMPLES: usize = 9;
@@ -62,10 +64,8 @@ impl PathShape {
             ..PathDerivatives::default()
         };
         Self {
-            bound: PathDerivatives {
-                first: first.map(f32::abs),
-                ..along
-            },
+            low: along,
+            high: along,
             start: along,
             end: along,
             rotary_only,
@@ -100,30 +100,45 @@ impl PathShape {
             error = error.max((0.5 * (square * (per * per) - 1.0)).abs());
         }
         let scale = [per, per * per, per * per * per];
-        let bound = |order: usize, allowance: f32| -> AxisVec {
-            core::array::from_fn(|a| {
+        let range = |order: usize, allowance: f32| -> [AxisVec; 2] {
+            let (mut low, mut high) = (AxisVec::default(), AxisVec::default());
+            for a in 0..AXES {
                 let d: [f32; SAMPLES] = core::array::from_fn(|i| at[i][order][a]);
-                let mut largest = d[0].abs().max(d[SAMPLES - 1].abs());
+                let (mut least, mut most) = (
+                    d[0].min(d[SAMPLES - 1]),
+                    d[0].max(d[SAMPLES - 1]),
+                );
                 for i in 1..SAMPLES - 1 {
-                    // A parabola through three samples peaks at most 1/8 of their second difference above the middle
+                    // A parabola through three samples peaks at most 1/8 of their second difference beyond the middle
                     // one; twice that covers what the next terms of the series add.
-                    let bend = d[i + 1] - 2.0 * d[i] + d[i - 1];
-                    largest = largest.max(d[i].abs() + 0.25 * bend.abs());
+                    let bend = 0.25 * (d[i + 1] - 2.0 * d[i] + d[i - 1]).abs();
+                    least = least.min(d[i] - bend);
+                    most = most.max(d[i] + bend);
                 }
-                largest * (scale[order] * allowance)
-            })
+                let more = allowance * least.abs().max(most.abs());
+                low[a] = (least - more) * scale[order];
+                high[a] = (most + more) * scale[order];
+            }
+            [low, high]
         };
         let end = |sample: usize, [first, second]: [AxisVec; 2]| PathDerivatives {
             first,
             second,
             third: at[sample][2].map(|d| d * scale[2]),
         };
+        let [first, second, third] = [
+            range(0, SAMPLED_FIRST),
+            range(1, SAMPLED_HIGHER),
+            range(2, SAMPLED_HIGHER),
+        ];
+        let side = |i: usize| PathDerivatives {
+            first: first[i],
+            second: second[i],
+            third: third[i],
+        };
         let shape = Self {
-            bound: PathDerivatives {
-                first: bound(0, SAMPLED_FIRST),
-                second: bound(1, SAMPLED_HIGHER),
-                third: bound(2, SAMPLED_HIGHER),
-            },
+            low: side(0),
+            high: side(1),
             start: end(0, ends[0]),
             end: end(SAMPLES - 1, ends[1]),
             rotary_only: false,
@@ -138,7 +153,8 @@ impl PathShape {
     pub fn is_rough(&self) -> bool {
         (0..AXES).any(|a| {
             let turn = (self.end.first[a] - self.start.first[a]).abs();
-            turn > 0.5 * self.bound.first[a].max(0.01) && self.bound.first[a] > 1.0
+            let most = self.high.first[a].max(-self.low.first[a]);
+            turn > 0.5 * most.max(0.01) && most > 1.0
         })
     }
 }

@@ -173,18 +173,20 @@ proptest! {
     #[test]
     fn bounds_cover_the_motion(segment in curve()) {
         for driven in split(&segment) {
-            let bound = &driven.shape.bound;
+            let [low, high] = [&driven.shape.low, &driven.shape.high];
             let length = driven.segment.length as f64 * 0.5_f64.powi(S_FRAC as i32);
             for k in 0..=64 {
                 let d = motion(&driven, f64::from(k) / 64.0);
-                for (order, bound) in [(1, bound.first), (2, bound.second), (3, bound.third)] {
-                    let most = bound.map(f64::from).iter().fold(0.0_f64, |m, x| m.max(*x));
+                let ranges = [(low.first, high.first), (low.second, high.second), (low.third, high.third)];
+                for (order, (low, high)) in (1..).zip(ranges) {
+                    let most = low.iter().chain(&high).fold(0.0_f64, |m, x| m.max(f64::from(x.abs())));
                     for a in 0..AXES {
                         // Coefficients are rounded by half a unit each; over short segments that adds up to this.
                         let unit = 0.5_f64.powi(fine_bits(&test_config(), a) as i32) / 1000.0;
                         let rounding = [0.0, 1.5, 4.0, 17.0][order] * unit / length.powi(order as i32);
-                        let limit = f64::from(bound[a]) + 1e-4 * most + 1e-6 + rounding;
-                        prop_assert!(d[order][a].abs() <= limit, "{} over {}", d[order][a], bound[a]);
+                        let slack = 1e-4 * most + 1e-6 + rounding;
+                        prop_assert!(d[order][a] <= f64::from(high[a]) + slack, "{} over {}", d[order][a], high[a]);
+                        prop_assert!(d[order][a] >= f64::from(low[a]) - slack, "{} below {}", d[order][a], low[a]);
                     }
                 }
             }
