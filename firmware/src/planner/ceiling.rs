@@ -27,6 +27,9 @@ const PREDICTIONS: u32 = 200;
 /// Share of the acceleration that a prediction changes in one step.
 const STEP: f32 = 0.25;
 
+/// Attempts to find where prediction and ceiling are closest.
+const CLOSER: u32 = 4;
+
 /// Ticks of travel that are predicted in one step at least.
 const NEAR: f32 = 4.0;
 
@@ -58,6 +61,23 @@ pub struct Motion {
     pub v: f32,
     /// Acceleration.
     pub a: f32,
+}
+
+impl Motion {
+    /// Distance covered in `time` while `jerk` lets go of acceleration.
+    fn covered(&self, jerk: f32, time: f32) -> f32 {
+        time * (self.v + time * (0.5 * self.a - time * jerk * (1.0 / 6.0)))
+    }
+
+    /// After `time` in which `jerk` lets go of acceleration, in the same node.
+    fn after(&self, jerk: f32, time: f32) -> Self {
+        Self {
+            node: self.node,
+            left: self.left - self.covered(jerk, time),
+            v: self.v + time * (self.a - 0.5 * jerk * time),
+            a: self.a - jerk * time,
+        }
+    }
 }
 
 /// An upper bound of [`time_for`]: none of the terms alone would take less.
@@ -187,9 +207,9 @@ impl<'a> Stretch<'a> {
         if at.v < 0.0 {
             return false;
         }
+        let mut ceiling = self.before(self.nodes.get(at.node), self.behind(at.node), at.left);
         for _ in 0..PREDICTIONS {
             let node = self.nodes.get(at.node);
-            let ceiling = self.before(node, self.behind(at.node), at.left);
             let limit = self.acceleration(node, at.v);
             if at.v > ceiling.v.min(node.limits.v) * SLACK || at.a > limit.up * LOOSE {
                 return false;
@@ -205,27 +225,41 @@ impl<'a> Stretch<'a> {
             let near = (at.v + rise.min(0.25 * at.v)).min(node.limits.v);
             let jerk = jerk.min(PREDICTED * self.jerk(node, near, at.a, 1.0).down);
             let floor = -PREDICTED * limit.down;
+            // Long nodes not at one go: what the ceiling does on the way would not be seen.
+            let half = 0.5 * at.left.max(at.v * NEAR / self.hz) / at.v;
             let (jerk, part) = if at.a <= floor {
-                (0.0, f32::MAX)
+                (0.0, half)
             } else {
                 // Not over the peak of the velocity.
-                let goal = if at.a > small { 0.0 } else { floor.max(-ceiling.d) };
+                let goal = if at.a > small {
+                    0.0
+                } else {
+                    floor.max(-ceiling.d)
+                };
                 let whole = (at.a - goal) / jerk;
-                let step = STEP * (at.a - floor).max(0.2 * (limit.up.min(limit.down))) / jerk;
-                // Long nodes not at one go: what the ceiling does on the way would not be seen.
-                let half = 0.5 * at.left.max(at.v * NEAR / self.hz) / at.v;
+                let step = STEP * (at.a - floor).max(0.2 * limit.up.min(limit.down)) / jerk;
                 (jerk, whole.min(step.max(0.5 / self.hz)).min(half))
             };
-            let covered = part * (at.v + part * (0.5 * at.a - part * jerk * (1.0 / 6.0)));
-            if covered < at.left {
-                at.left -= covered;
-                at.v += part * (at.a - 0.5 * jerk * part);
-                at.a -= jerk * part;
+            let mut time = if at.covered(jerk, part) < at.left {
+                part
+            } else {
+                time_for(at.v, at.a, -jerk, at.left, part)
+            };
+            // As far as the place at which it decelerates like the ceiling: there the two are closest.
+            let over = at.a + ceiling.d;
+            for _ in 0..CLOSER {
+                let there = at.after(jerk, time);
+                ceiling = self.before(node, self.behind(at.node), there.left);
+                let under = there.a + ceiling.d;
+                if under >= -small - 0.01 * ceiling.d {
+                    break;
+                }
+                time *= over / (over - under);
+            }
+            at = at.after(jerk, time);
+            if at.left > 1e-6 * node.length {
                 continue;
             }
-            let time = time_for(at.v, at.a, -jerk, at.left, part);
-            at.v += time * (at.a - 0.5 * jerk * time);
-            at.a -= jerk * time;
             if at.node >= self.last {
                 return false;
             }
@@ -238,6 +272,7 @@ impl<'a> Stretch<'a> {
             if at.a <= small - next.start.d {
                 return true;
             }
+            ceiling = next.start;
         }
         false
     }

@@ -29,6 +29,9 @@ const ANCHORS: u32 = 4;
 /// From this share of its velocity on a motion counts as under the ceiling.
 const CLOSE: f32 = 0.995;
 
+/// Share of the jerk at standstill above which a way counts as straight.
+const UNBENT: f32 = 0.9;
+
 /// Share of the limits that a long landing may leave unused.
 const GENTLE: f32 = 0.04;
 
@@ -79,6 +82,8 @@ struct StopAhead {
     distance: f32,
     v: f32,
     limits: PathLimits,
+    /// Jerk at standstill.
+    rest_j: f32,
 }
 
 impl View<'_> {
@@ -130,6 +135,7 @@ impl View<'_> {
                 a: f32::MAX,
                 j: f32::MAX,
             },
+            rest_j: f32::MAX,
         };
         for index in self.cursor..=self.last {
             let node = self.nodes.get(index);
@@ -141,6 +147,7 @@ impl View<'_> {
             found.limits.a = found.limits.a.min(here);
             // The acceleration that braking from here builds up.
             let free = node.limits.least_jerk(rates, v, 0.0);
+            found.rest_j = found.rest_j.min(node.limits.least_jerk(rates, 0.0, 0.0));
             let peak = crate::units::sqrt(free * v).min(here);
             found.limits.j = found.limits.j.min(node.limits.least_jerk(rates, v, peak));
             if index < self.last {
@@ -399,6 +406,7 @@ impl View<'_> {
         let distance = stop.distance + m.v / self.hz;
         #[cfg(not(target_os="none"))] if std::env::var("PD").is_ok() { std::eprintln!("land? m {:?} dist {} limits {:?} ceil {:?} along {} ticks {} reach low {} high {}", m, distance, stop.limits, ceiling, along, ticks, reach(low).distance, reach(high).distance); }
         if !(stop.distance > 0.0)
+            || !(along || stop.limits.j > UNBENT * stop.rest_j)
             || reach(low).distance < distance
             || reach(high).distance > distance
         {
