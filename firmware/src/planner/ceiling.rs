@@ -27,6 +27,9 @@ const PREDICTIONS: u32 = 200;
 /// Share of the acceleration that a prediction changes in one step.
 const STEP: f32 = 0.25;
 
+/// Ticks around a joint in which the limits of both sides hold.
+const AROUND: f32 = 1.5;
+
 /// Attempts to find where prediction and ceiling are closest.
 const CLOSER: u32 = 4;
 
@@ -220,10 +223,6 @@ impl<'a> Stretch<'a> {
             if at.a <= small - ceiling.d || at.v <= 0.0 {
                 return true;
             }
-            // The jerk there is falls while the velocity rises.
-            let rise = at.a.max(0.0) * at.a / (2.0 * jerk);
-            let near = (at.v + rise.min(0.25 * at.v)).min(node.limits.v);
-            let jerk = jerk.min(PREDICTED * self.jerk(node, near, at.a, 1.0).down);
             let floor = -PREDICTED * limit.down;
             // Long nodes not at one go: what the ceiling does on the way would not be seen.
             let half = 0.5 * at.left.max(at.v * NEAR / self.hz) / at.v;
@@ -236,9 +235,14 @@ impl<'a> Stretch<'a> {
                 } else {
                     floor.max(-ceiling.d)
                 };
-                let whole = (at.a - goal) / jerk;
+                let whole = |jerk: f32| (at.a - goal) / jerk;
                 let step = STEP * (at.a - floor).max(0.2 * limit.up.min(limit.down)) / jerk;
-                (jerk, whole.min(step.max(0.5 / self.hz)).min(half))
+                let part = whole(jerk).min(step.max(0.5 / self.hz)).min(half);
+                // What jerk there is changes on the way.
+                let then = at.after(jerk, part);
+                let then = PREDICTED * self.jerk(node, then.v, then.a, 1.0).down;
+                let jerk = 0.5 * (jerk + then);
+                (jerk, whole(jerk).min(part))
             };
             let mut time = if at.covered(jerk, part) < at.left {
                 part
@@ -266,6 +270,9 @@ impl<'a> Stretch<'a> {
             at.node += 1;
             let next = self.nodes.get(at.node);
             at.left = next.length;
+            // Around the joint only what both sides allow and the joint leaves.
+            let both = node.exit_share * jerk.min(PREDICTED * self.jerk(next, at.v, at.a, 1.0).down);
+            at.a += (jerk - both) * AROUND / self.hz;
             if at.v > next.start.v * SLACK {
                 return false;
             }

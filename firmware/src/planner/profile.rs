@@ -23,11 +23,24 @@ const CRUISE: f32 = 1.0 - 5.0e-5;
 /// Halvings of the range of jerks.
 const HALVINGS: u32 = 6;
 
-/// Parts of that range whose ends are tried first.
-const ANCHORS: u32 = 4;
+/// Shares of that range that are tried first.
+const ANCHORS: [f32; 5] = [0.0, 0.3, 0.6, 0.8, 0.9];
+
+/// Shares of the least jerk that are tried then: what may be done falls off along the way.
+const LAST: [f32; 4] = [0.96, 0.98, 0.99, 1.0];
 
 /// From this share of its velocity on a motion counts as under the ceiling.
 const CLOSE: f32 = 0.995;
+
+/// Most that a motion above the ceiling is braked harder than the ceiling, in velocities.
+const RETURN: f32 = 1.15;
+
+/// Most of the limits of the way at the present velocity that a landing along the ceiling may take: they are the least
+/// whichever way the motion is changed.
+const MOST_ALONG: f32 = 1.5;
+
+/// Most of the limits that a forced landing takes.
+const MOST_FORCE: f32 = 4.0;
 
 /// Share of the jerk at standstill above which a way counts as straight.
 const UNBENT: f32 = 0.9;
@@ -233,6 +246,12 @@ impl View<'_> {
                     stop: stop.index,
                 };
             }
+            if let Some(phases) = (!at_rest).then(|| self.force_landing(&stop)).flatten() {
+                return Decision::Land {
+                    phases,
+                    stop: stop.index,
+                };
+            }
             if !at_rest && self.must_brake(&stop) {
                 // No landing in whole ticks ends on the stop: rest before it, and go the rest of the way from there.
                 let (phases, _) = self.halt();
@@ -290,7 +309,12 @@ impl View<'_> {
                 return Decision::Go(self.units(jerk), ticks);
             }
             if ticks == 1 {
-                return Decision::Go(self.units(low.min(high).max(-down)), 1);
+                // Nothing keeps every limit: back onto the ceiling, as gently as that goes.
+                let ceiling = self.ceiling_at(&start);
+                let over = (start.v / ceiling.v).clamp(1.0, RETURN);
+                let wanted = (-ceiling.d * over * over - start.a) / time;
+                #[cfg(not(target_os="none"))] if std::env::var("PE").is_ok() { std::eprintln!("fallback node {} v {} a {} ceil {:?} limit {:?} up {up} down {down} high {high} low {low} top {top} left {} len {} share {share} tries {:?}", start.node, start.v, start.a, ceiling, limit, start.left, node.length, [low, 0.5*(low+high), high].map(|j| self.probe(&start, j, time).map(|at| (at.v, at.a, stretch.merges(at), self.ceiling_at(&at))))); }
+                return Decision::Go(self.units(wanted.clamp(-down, up)), 1);
             }
             ticks = (ticks / 2).max(1);
         }
@@ -308,8 +332,9 @@ impl View<'_> {
         }
         // Neither of the ends need be allowed, and what lies between them be.
         let mut bad = None;
-        for k in 0..=ANCHORS {
-            let jerk = high + (low - high) * (k as f32 / ANCHORS as f32);
+        let spread = ANCHORS.map(|part| high + (low - high) * part);
+        let last = LAST.map(|part| (part * low).min(high));
+        for jerk in spread.into_iter().chain(last) {
             if !ok(jerk) {
                 bad = Some(jerk);
                 continue;
@@ -399,7 +424,8 @@ impl View<'_> {
         let ceiling = self.ceiling_at(&m);
         let along = m.v > CLOSE * ceiling.v && m.a < -0.8 * ceiling.d && ceiling.d > 0.0;
         let (mut low, mut high) = if along {
-            (if ticks < 24.0 { 0.2 } else { 0.85 }, 0.995)
+            // What the limits really are on the way, the trial run below knows.
+            (if ticks < 24.0 { 0.2 } else { 0.85 }, MOST_ALONG)
         } else {
             (1.0 - GENTLE - 4.0 / ticks.max(8.0), 0.995)
         };
@@ -444,6 +470,30 @@ impl View<'_> {
             }
         }
         None
+    }
+
+    /// Where rounding has left too little way to the stop: a landing with as little more than the limits as it takes.
+    fn force_landing(&self, stop: &StopAhead) -> Option<Phases> {
+        let m = self.motion();
+        let PathLimits { a, j } = stop.limits;
+        let reach = |share: f32| brake(m.v, m.a, 0.0, share * a, share * j);
+        let distance = stop.distance + m.v / self.hz;
+        let (mut low, mut high) = (1.0, MOST_FORCE);
+        let above = m.v > self.ceiling_at(&m).v * LOOSE;
+        if !above || stop.index != self.cursor || !(m.v > 0.0) || reach(low).distance <= distance {
+            return None;
+        }
+        for _ in 0..14 {
+            let middle = 0.5 * (low + high);
+            if reach(middle).distance > distance {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        #[cfg(not(target_os="none"))] if std::env::var("PE").is_ok() { std::eprintln!("forced {high} m {:?} distance {distance}", m); }
+        let ticks = reach(high).time.map(|t| (libm::roundf(t * self.hz) as u32).max(1));
+        land(&self.state, stop.distance_q, ticks)
     }
 
     /// Runs `phases`; the state at their end and the node it lies in, or `None` if a limit breaks on the way.
