@@ -3,7 +3,7 @@
 //! In: the planned state and the nodes ahead of it. Out: one deceleration and one jerk that every node allows from here
 //! to where braking with them ends.
 
-use super::brake::brake;
+use super::brake::{brake, Brake};
 use super::limits::PathLimits;
 use super::profile::View;
 use crate::interpolator::braking::BrakeLimits;
@@ -14,8 +14,8 @@ const UNIT: f32 = (1_u128 << T_FRAC) as f32;
 /// Share of the acceleration at rest below which no limit falls: a curve may take all of it at speed.
 const LEAST: f32 = 0.02;
 
-/// Share of the way to the end that braking may take.
-const ROOM: f32 = 0.98;
+/// Rounding of a braking distance, relative.
+const ROUNDING: f32 = 2.0e-5;
 
 /// Attempts to fit braking into the way to the end.
 const FITTINGS: u32 = 4;
@@ -41,7 +41,7 @@ impl View<'_> {
         }
         let mut halt = brake(v, a, 0.0, limits.a, limits.j);
         let mut index = self.cursor;
-        while way < halt.distance && index < self.last {
+        while way < self.room(&halt, limits.j) && index < self.last {
             index += 1;
             let here = least(limits, self.limits_at(index, highest + rise));
             if here != limits {
@@ -50,13 +50,14 @@ impl View<'_> {
             }
             way += self.nodes.get(index).length;
         }
-        let fits = halt.distance <= ROOM * way;
+        let fits = self.room(&halt, limits.j) <= way;
         for _ in 0..FITTINGS {
-            if halt.distance <= ROOM * way || !(way > 0.0) {
+            let room = self.room(&halt, limits.j);
+            if room <= way || !(way > 0.0) {
                 break;
             }
             // Distance goes with 1 / a, at one and the same shape of the curve.
-            let share = halt.distance / (ROOM * way);
+            let share = room / way;
             limits.a *= share;
             limits.j *= share * share;
             halt = brake(v, a, 0.0, limits.a, limits.j);
@@ -90,6 +91,12 @@ impl View<'_> {
             j: free.j.max(j),
             ..free
         }
+    }
+
+    /// Way that braking in whole ticks takes: behind the continuous motion by half a tick of jerk in velocity, at most.
+    fn room(&self, halt: &Brake, j: f32) -> f32 {
+        let time: f32 = halt.time.iter().sum();
+        halt.distance * (1.0 + ROUNDING) + 0.5 * time * j / (self.hz * self.hz)
     }
 
     fn limits_at(&self, index: usize, v: f32) -> PathLimits {
