@@ -8,17 +8,39 @@
 //! up to A with d + R(d) <= v: so v never falls below what the release takes, and both end at zero. Between m J and
 //! (m+1) J the sum is d + R(d) = (m+1) d - J m (m+1) / 2, solved for d with one division by m + 1.
 
+use super::T_FRAC;
+
+/// Limits from a velocity on downwards.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct BrakeStage {
+    /// Highest velocity, path units per tick, [`STAGE_V_FRAC`] fractional bits.
+    pub v: u32,
+    /// Deceleration, path units per tick^2, [`STAGE_A_FRAC`] fractional bits.
+    pub a: u32,
+    /// Jerk, path units per tick^3, [`STAGE_J_FRAC`] fractional bits.
+    pub j: u32,
+}
+
+/// Fractional bits of [`BrakeStage::v`]: up to 4 path units per tick.
+pub const STAGE_V_FRAC: u32 = 30;
+/// Fractional bits of [`BrakeStage::a`]: up to 2^-8 path units per tick^2.
+pub const STAGE_A_FRAC: u32 = 40;
+/// Fractional bits of [`BrakeStage::j`]: up to 2^-12 path units per tick^3, a quarter of which takes 4 ticks to the
+/// highest acceleration.
+pub const STAGE_J_FRAC: u32 = 44;
+
+/// Stages of one [`BrakeLimits`].
+pub const STAGES: usize = 3;
+
 /// Limits of coming to rest, and where that has to have happened.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct BrakeLimits {
-    /// Deceleration, path units per tick^2, [`T_FRAC`](super::T_FRAC) fractional bits.
-    pub a: i64,
-    /// Jerk, path units per tick^3, [`T_FRAC`](super::T_FRAC) fractional bits.
-    pub j: i64,
+    /// From fast to slow: curves allow the more the slower the motion is.
+    pub stages: [BrakeStage; STAGES],
     /// Running number of the segment at whose end the path stops, or the plan ends.
     pub last: u32,
-    /// Within the limits there is no room before the stop at the end of `last`: a hold waits for the planned landing.
-    pub lands: bool,
+    /// What is planned slows down before braking within these limits would: a hold waits for it.
+    pub waits: bool,
 }
 
 /// Most ticks a release takes, as a power of two.
@@ -27,6 +49,8 @@ const TICKS_BITS: u32 = 15;
 /// Braking under way.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Braking {
+    stages: [BrakeStage; STAGES],
+    stage: usize,
     a: i128,
     j: i128,
 }
@@ -38,10 +62,24 @@ impl Braking {
     /// quarter more than needed.
     #[must_use]
     pub fn new(limits: &BrakeLimits, v: i128, d: i128) -> Self {
-        let mut j = i128::from(limits.j).max(1).max(d >> TICKS_BITS);
-        let a = i128::from(limits.a).clamp(1, j << TICKS_BITS);
+        let stages = limits.stages;
+        let (a, j) = stages[0].wide();
+        Self {
+            stages,
+            ..Self::within(a, j, v, d)
+        }
+    }
+
+    /// One stage of deceleration `a` and jerk `j`, units of [`PathState`](super::PathState).
+    fn within(a: i128, j: i128, v: i128, d: i128) -> Self {
+        let mut j = j.max(1).max(d >> TICKS_BITS);
+        let a = a.clamp(1, j << TICKS_BITS);
         loop {
-            let braking = Self { a, j };
+            let braking = Self {
+                a,
+                j,
+                ..Self::default()
+            };
             // With the jerk as large as d nothing is left to let go of, so this ends.
             if d <= j || braking.taken(d - j, braking.ticks(d - j)) <= v {
                 return braking;
@@ -50,9 +88,23 @@ impl Braking {
         }
     }
 
+    /// Goes over to the stage of velocity `v`. Limits only rise: what could be let go of still can.
+    fn enter_stage(&mut self, v: i128) {
+        while let Some(next) = self.stages.get(self.stage + 1) {
+            if v > i128::from(next.v) << (T_FRAC - STAGE_V_FRAC) {
+                break;
+            }
+            let (a, j) = next.wide();
+            self.j = self.j.max(j);
+            self.a = self.a.max(a).min(self.j << TICKS_BITS);
+            self.stage += 1;
+        }
+    }
+
     /// The next deceleration, at velocity `v >= 0` after a tick of deceleration `d`; never more than `v`.
     #[must_use]
-    pub fn next(&self, v: i128, d: i128) -> i128 {
+    pub fn next(&mut self, v: i128, d: i128) -> i128 {
+        self.enter_stage(v);
         let low = d - self.j;
         let most = self.a.min(d + self.j).max(low);
         let mut m = self.ticks(most);
@@ -91,6 +143,14 @@ impl Braking {
     }
 }
 
+impl BrakeStage {
+    /// Deceleration and jerk in the units of [`PathState`](super::PathState).
+    fn wide(&self) -> (i128, i128) {
+        let wide = |x: u32, bits: u32| i128::from(x) << (T_FRAC - bits);
+        (wide(self.a, STAGE_A_FRAC), wide(self.j, STAGE_J_FRAC))
+    }
+}
+
 /// `x` / `by` rounded down, for `x < 2^64 by` and `0 < by < 2^16`: digit by digit, since a word is all the target divides.
 fn quotient(x: u128, by: u32) -> u64 {
     let (mut rest, mut found) = (0, 0);
@@ -110,9 +170,9 @@ mod tests {
 
     /// Runs from `v`, `d` to rest; the ticks until the velocity is zero (what is left of `d` then ends within one more tick of
     /// jerk), or the law that broke.
-    fn run(limits: &BrakeLimits, v: i128, d: i128, jerk: i128) -> Result<u32, String> {
-        let braking = Braking::new(limits, v, d);
-        let most = d.abs().max(i128::from(limits.a));
+    fn run(mut braking: Braking, v: i128, d: i128, jerk: i128) -> Result<u32, String> {
+        let last = braking.stages[STAGES - 1].wide().0;
+        let most = d.abs().max(braking.a).max(last);
         let (mut v, mut d, mut ticks) = (v, d, 0);
         while v != 0 {
             let next = braking.next(v, d);
@@ -177,8 +237,7 @@ mod tests {
             let a = near(a).min(j << TICKS_BITS);
             let d = (a as f64 * start) as i128;
             let v = release(d, j) + (extra * a as f64 * hold.exp2()) as i128 + odd;
-            let limits = BrakeLimits { a: a as i64, j: j as i64, ..Default::default() };
-            let ticks = run(&limits, v, d, j).map_err(TestCaseError::fail)?;
+            let ticks = run(Braking::within(a, j, v, d), v, d, j).map_err(TestCaseError::fail)?;
             let least = least_time(v as f64, d as f64, a as f64, j as f64);
             prop_assert!(f64::from(ticks) <= least + 1.0 + 1e-6 * least, "{} ticks, least {}", ticks, least);
         }
@@ -195,8 +254,30 @@ mod tests {
             let needed = near(needed) * j;
             let d = needed * near(d);
             let v = release(d, needed) + odd.min(needed);
-            let limits = BrakeLimits { a: d as i64, j: j as i64, ..Default::default() };
-            run(&limits, v, d, needed + (needed >> 2) + 2).map_err(TestCaseError::fail)?;
+            run(Braking::within(d, j, v, d), v, d, needed + (needed >> 2) + 2).map_err(TestCaseError::fail)?;
+        }
+
+        /// With limits that rise as the motion slows down, braking still ends exactly at rest, within the hardest of them.
+        #[test]
+        fn braking_in_stages_ends_exactly_at_rest(
+            hold in 0.0_f64..14.0,
+            share in prop::array::uniform2(0.0_f64..1.0),
+            a in prop::array::uniform3(18_u32..27),
+            gentle in prop::array::uniform3(0_u32..12),
+            d in 0.0_f64..1.0,
+        ) {
+            let mut j: [u32; STAGES] = core::array::from_fn(|k| 1 << (a[k] + 4 - gentle[k]));
+            let mut a = a.map(|bits| 1 << bits);
+            a.sort_unstable();
+            j.sort_unstable();
+            let v = f64::from(a[0]) * hold.exp2() * 0.5_f64.powi(10);
+            let thresholds = [v, v * share[0], v * share[0] * share[1]];
+            let stages = core::array::from_fn(|k| BrakeStage { v: thresholds[k] as u32, a: a[k], j: j[k] });
+            let v = near(v.max(1.0).log2() + f64::from(T_FRAC - STAGE_V_FRAC));
+            let d = (stages[0].wide().0 as f64 * d) as i128;
+            let v = v + release(d, stages[0].wide().1);
+            let limits = BrakeLimits { stages, ..Default::default() };
+            run(Braking::new(&limits, v, d), v, d, stages[2].wide().1).map_err(TestCaseError::fail)?;
         }
     }
 }

@@ -181,7 +181,7 @@ impl<'a> Servo<'a> {
     fn is_landing(&self) -> bool {
         let beyond = self.sequence.wrapping_sub(self.limits.last).wrapping_sub(1);
         let ends = self.end != PieceEnd::Continue && self.ticks <= LANDED;
-        self.limits.lands || ends || beyond < u32::MAX / 2
+        self.limits.waits || ends || beyond < u32::MAX / 2
     }
 
     /// What is planned from now on does not fit on what is queued.

@@ -6,8 +6,11 @@
 use super::brake::{brake, Brake};
 use super::limits::PathLimits;
 use super::profile::View;
-use crate::interpolator::braking::BrakeLimits;
+use crate::interpolator::braking::{
+    BrakeLimits, BrakeStage, STAGES, STAGE_A_FRAC, STAGE_J_FRAC, STAGE_V_FRAC,
+};
 use crate::interpolator::{widen, PathState, T_FRAC};
+use crate::units::sqrt;
 
 const UNIT: f32 = (1_u128 << T_FRAC) as f32;
 
@@ -17,14 +20,21 @@ const LEAST: f32 = 0.02;
 /// Rounding of a braking distance, relative.
 const ROUNDING: f32 = 2.0e-5;
 
+/// Shares of the velocity from which on the stages hold.
+const SHARES: [f32; STAGES] = [1.0, 0.7, 0.4];
+
 /// Attempts to fit braking into the way to the end.
 const FITTINGS: u32 = 4;
+
+/// Excess over a velocity limit that counts as none.
+const SLACK: f32 = 1.002;
 
 impl View<'_> {
     /// Limits while the motion gets from velocity `before` (units of [`PathState`]) in node `from` to the state.
     ///
-    /// [`BrakeLimits::lands`] where they leave no room before a programmed stop: the way there is planned with the limits of
-    /// each of its nodes, and gets to rest before braking with the least of them all would.
+    /// Goes along the path as braking would, node by node, with what each node allows at the velocity left there.
+    /// [`BrakeLimits::waits`] where a velocity limit or a programmed stop ahead would be run over: each stage brakes with the
+    /// least its nodes allow, the plan with what every one of them does.
     #[must_use]
     pub fn brake_limits(&self, from: usize, before: i128) -> BrakeLimits {
         let scale = self.hz / UNIT;
@@ -33,38 +43,74 @@ impl View<'_> {
         let v = self.state.v as f32 * scale - 0.5 * a / self.hz;
         let way = widen(self.nodes.get(self.cursor).length_q) - self.state.s + self.state.v;
         let mut way = way as f32 / UNIT;
-        let highest = v.max(before as f32 * scale);
-        let mut limits = self.limits_at(from, highest);
-        let rise = a.max(0.0) * a.max(0.0) / (2.0 * limits.j);
-        for index in from..=self.cursor {
-            limits = least(limits, self.limits_at(index, highest + rise));
+        let start = self.limits_at(from, v.max(before as f32 * scale));
+        let highest = v.max(before as f32 * scale) + a.max(0.0) * a.max(0.0) / (2.0 * start.j);
+        let mut first = self.limits_at(from, highest);
+        for index in from + 1..=self.cursor {
+            first = least(first, self.limits_at(index, highest));
         }
-        let mut halt = brake(v, a, 0.0, limits.a, limits.j);
-        let mut index = self.cursor;
-        while way < self.room(&halt, limits.j) && index < self.last {
-            index += 1;
-            let here = least(limits, self.limits_at(index, highest + rise));
-            if here != limits {
-                limits = here;
-                halt = brake(v, a, 0.0, limits.a, limits.j);
-            }
-            way += self.nodes.get(index).length;
-        }
-        let fits = self.room(&halt, limits.j) <= way;
-        for _ in 0..FITTINGS {
-            let room = self.room(&halt, limits.j);
-            if room <= way || !(way > 0.0) {
+        // What already slows down does not have to do so less.
+        first.a = first.a.max(-a);
+        let mut stages = [first; STAGES];
+        let (mut stage, mut index, mut square) = (0, self.cursor, highest * highest);
+        let mut waits = false;
+        // Braking begins late by the time the deceleration takes to build up.
+        let peak = first
+            .a
+            .min(sqrt(first.j * v.max(0.0) + 0.5 * a * a))
+            .max(f32::MIN_POSITIVE);
+        let mut late = v * (peak + a).max(0.0) * (peak + a) / (2.0 * first.j * peak);
+        let mut left = way;
+        loop {
+            let braked = left - late;
+            late = (-braked).max(0.0);
+            square -= 2.0 * stages[stage].a.min(peak.max(stages[0].a)) * braked.max(0.0);
+            if square <= 0.0 || index >= self.last {
                 break;
             }
-            // Distance goes with 1 / a, at one and the same shape of the curve.
-            let share = room / way;
-            limits.a *= share;
-            limits.j *= share * share;
-            halt = brake(v, a, 0.0, limits.a, limits.j);
+            let speed = sqrt(square);
+            let node = self.nodes.get(index);
+            index += 1;
+            let next = self.nodes.get(index);
+            // Only what already slows down is worth waiting for.
+            waits |= a < 0.0 && speed > SLACK * node.exit_v.min(next.limits.v);
+            let limits = self.limits_at(index, speed);
+            while stage + 1 < STAGES && speed < SHARES[stage + 1] * highest {
+                stage += 1;
+                stages[stage..].fill(limits);
+            }
+            for later in &mut stages[stage..] {
+                *later = least(*later, limits);
+            }
+            left = next.length;
+            way += left;
+        }
+        // Limits rise from stage to stage, so that the motion fits the next one whenever it comes.
+        for k in (0..STAGES - 1).rev() {
+            stages[k] = least(stages[k], stages[k + 1]);
+        }
+        stages[0].a = stages[0].a.max(-a);
+        if index >= self.last && way > 0.0 {
+            for _ in 0..FITTINGS {
+                let halt = brake(v, a, 0.0, stages[0].a, stages[0].j);
+                let room = self.room(&halt, stages[0].j);
+                if room <= way {
+                    break;
+                }
+                waits = true;
+                // Distance goes with 1 / a, at one and the same shape of the curve. Without a plan to wait for, there is no other
+                // way to stop in time.
+                let share = room / way;
+                for limits in &mut stages {
+                    limits.a *= share;
+                    limits.j *= share * share;
+                }
+            }
         }
         BrakeLimits {
-            lands: !fits && self.nodes.get(self.last).stop,
-            ..self.in_units(limits)
+            stages: core::array::from_fn(|k| self.in_units(stages[k], SHARES[k] * highest)),
+            last: 0,
+            waits,
         }
     }
 
@@ -84,12 +130,13 @@ impl View<'_> {
         }
         let v = v as f32 / UNIT * self.hz;
         let all = (self.cursor..=self.last).map(|index| self.limits_at(index, v));
-        let limits = all.reduce(least).unwrap_or(PathLimits { a: 0.0, j: 0.0 });
-        let free = self.in_units(limits);
+        let mut limits = all.reduce(least).unwrap_or(PathLimits { a: 0.0, j: 0.0 });
+        limits.a = limits.a.max(a as f32 / UNIT * self.hz * self.hz);
+        limits.j = limits.j.max(j as f32 / UNIT * self.hz * self.hz * self.hz);
         BrakeLimits {
-            a: free.a.max(i64::try_from(a).unwrap_or(i64::MAX)),
-            j: free.j.max(j),
-            ..free
+            stages: [self.in_units(limits, v); STAGES],
+            last: 0,
+            waits: false,
         }
     }
 
@@ -109,12 +156,14 @@ impl View<'_> {
         }
     }
 
-    fn in_units(&self, limits: PathLimits) -> BrakeLimits {
-        let scale = UNIT / (self.hz * self.hz);
-        BrakeLimits {
-            a: (limits.a * scale) as i64,
-            j: (limits.j * (scale / self.hz)) as i64,
-            ..BrakeLimits::default()
+    fn in_units(&self, limits: PathLimits, v: f32) -> BrakeStage {
+        let units = |x: f32, bits: u32| (x * (1_u64 << bits) as f32) as u32;
+        let PathLimits { a, j } = limits;
+        let tick = 1.0 / self.hz;
+        BrakeStage {
+            v: units(v * tick, STAGE_V_FRAC),
+            a: units(a * tick * tick, STAGE_A_FRAC),
+            j: units(j * tick * tick * tick, STAGE_J_FRAC),
         }
     }
 }
