@@ -65,7 +65,6 @@ pub struct Servo<'a> {
     passed: Option<[Phase; AXES]>,
     sequence: u32,
     generation: u32,
-    executed: u32,
     steps: StepGenerator,
     moved: bool,
     block: u32,
@@ -96,7 +95,6 @@ impl<'a> Servo<'a> {
             passed: None,
             sequence: 0,
             generation: 0,
-            executed: 0,
             steps: StepGenerator::new([0; AXES], config.pulse_slots, config.dir_setup_slots),
             moved: false,
             block: 0,
@@ -110,7 +108,7 @@ impl<'a> Servo<'a> {
             self.freeze();
             return;
         }
-        let hold = self.shared.hold.load(Acquire);
+        let hold = self.shared.hold.load(Relaxed);
         if (self.ticks == 0 || hold != self.answered) && !self.next_run(hold) {
             return;
         }
@@ -118,14 +116,11 @@ impl<'a> Servo<'a> {
         if !self.glide() {
             self.turn();
         }
-        self.executed = self.executed.wrapping_add(1);
         if self.steps.frame().is_some() {
             self.publish_steps();
         }
-        self.shared
-            .feed
-            .store(self.motion.v.above(T_FRAC - FEED_FRAC), Relaxed);
-        self.shared.executed.store(self.executed, Release);
+        let executed = &self.shared.executed;
+        executed.store(executed.load(Relaxed).wrapping_add(1), Release);
     }
 
     /// What this tick asks of the step port; `None` if no axis steps.
@@ -286,7 +281,7 @@ impl<'a> Servo<'a> {
     }
 
     /// One tick along the segment at hand; `false` if the motion has left it, or a run ends, and [`Self::turn`] is due.
-    #[inline(never)]
+    #[inline(always)]
     fn glide(&mut self) -> bool {
         self.motion.step(self.jerk);
         let inside = self.ticks != 0 && !self.motion.is_beyond();
@@ -305,19 +300,24 @@ impl<'a> Servo<'a> {
             return;
         };
         let place = segment.place(left);
-        let steps = &mut self.steps;
-        let mut axis = |a: usize| steps.lead(a, segment.axes[a].at(&place, self.scale[a]));
-        axis(0);
-        axis(1);
-        axis(2);
-        axis(3);
-        axis(4);
+        let (steps, scale, axes) = (&mut self.steps, &self.scale, &segment.axes);
+        macro_rules! each_axis {
+            ($at:ident: $($a:literal)*) => {
+                $(steps.lead($a, axes[$a].$at(&place, scale[$a]));)*
+            };
+        }
+        if segment.is_straight() {
+            each_axis!(at_straight: 0 1 2 3 4);
+        } else {
+            each_axis!(at: 0 1 2 3 4);
+        }
         const _: () = assert!(AXES == 5);
     }
 
     /// The end of a tick that crosses a joint or ends a run.
     #[inline(never)]
     fn turn(&mut self) {
+        self.publish_feed();
         // The end of the last segment known is where the path ends.
         self.enter();
         while self.motion.left.is_negative() {
@@ -397,7 +397,14 @@ impl<'a> Servo<'a> {
         self.drain();
     }
 
+    /// For status reports: with every step, and wherever a piece or a segment ends, is often enough.
+    fn publish_feed(&self) {
+        let feed = self.motion.v.above(T_FRAC - FEED_FRAC);
+        self.shared.feed.store(feed, Relaxed);
+    }
+
     fn publish_steps(&self) {
+        self.publish_feed();
         for (word, &steps) in self.shared.emitted.iter().zip(self.steps.emitted()) {
             word.store(steps, Relaxed);
         }
