@@ -141,15 +141,13 @@ impl ServoSegment {
     #[must_use]
     pub fn place(&self, left: Wide) -> Place {
         let words = left.words();
-        // Shifts by a register are cheap for words only.
-        let [low, mid, top] = if self.shift < 32 {
-            words
+        let shift = u32::from(self.shift);
+        let (upper, lower) = if shift < 32 {
+            aligned(words, shift)
         } else {
-            [0, words[0], words[1]]
+            aligned_tiny(words, shift)
         };
-        let shift = u32::from(self.shift & 31);
-        let join = |upper: u32, lower: u32| (upper << shift) | ((lower >> 1) >> (31 - shift));
-        let (upper, lower) = (u64::from(join(top, mid)), u64::from(join(mid, low)));
+        let (upper, lower) = (u64::from(upper), u64::from(lower));
         let (inverse_upper, inverse_lower) = (self.inverse >> 32, u64::from(self.inverse as u32));
         // Without the product of the lower halves: at most three units of 2^-63 too little, so always below one.
         let share = upper * inverse_upper
@@ -175,6 +173,20 @@ impl ServoSegment {
     pub fn end(&self, scale: &[i32; AXES]) -> [Phase; AXES] {
         core::array::from_fn(|a| self.axes[a].at(&Place::END, scale[a]))
     }
+}
+
+/// The upper 64 of 96 bits shifted left by less than 32.
+#[inline(always)]
+fn aligned([low, mid, top]: [u32; 3], shift: u32) -> (u32, u32) {
+    let join = |upper: u32, lower: u32| (upper << shift) | ((lower >> 1) >> (31 - shift));
+    (join(top, mid), join(mid, low))
+}
+
+/// The same for a shift of 32 and more, that is for segments of a few micrometres: a call, so that the others do not select.
+#[cold]
+#[inline(never)]
+fn aligned_tiny([low, mid, _]: [u32; 3], shift: u32) -> (u32, u32) {
+    aligned([0, low, mid], shift & 31)
 }
 
 /// 2^127 / `x` for `x` with its top bit set: less than that by a few units, never more, never all of it.
