@@ -23,6 +23,15 @@ const ROUNDING: f32 = 2.0e-5;
 /// Shares of the velocity from which on the stages hold.
 const SHARES: [f32; STAGES] = [1.0, 0.7, 0.4];
 
+/// How far from the border of a stage its nodes count for the other, too.
+const NEAR: f32 = 1.1;
+
+/// No limit yet.
+const FREE: PathLimits = PathLimits {
+    a: f32::MAX,
+    j: f32::MAX,
+};
+
 /// Attempts to fit braking into the way to the end.
 const FITTINGS: u32 = 4;
 
@@ -51,39 +60,47 @@ impl View<'_> {
         }
         // What already slows down does not have to do so less.
         first.a = first.a.max(-a);
-        let mut stages = [first; STAGES];
-        let (mut stage, mut index, mut square) = (0, self.cursor, highest * highest);
+        let mut stages = [first, FREE, FREE];
+        let (mut index, mut square) = (self.cursor, highest * highest);
         let mut waits = false;
         // Braking begins late by the time the deceleration takes to build up.
-        let peak = first
-            .a
-            .min(sqrt(first.j * v.max(0.0) + 0.5 * a * a))
-            .max(f32::MIN_POSITIVE);
+        let free = sqrt(first.j * v.max(0.0) + 0.5 * a * a);
+        let peak = first.a.min(free).max(f32::MIN_POSITIVE);
         let mut late = v * (peak + a).max(0.0) * (peak + a) / (2.0 * first.j * peak);
         let mut left = way;
         loop {
             let braked = left - late;
             late = (-braked).max(0.0);
-            square -= 2.0 * stages[stage].a.min(peak.max(stages[0].a)) * braked.max(0.0);
+            let entry = sqrt(square);
+            let now = (0..STAGES).rev().find(|&k| entry <= SHARES[k] * highest);
+            let here = least(stages[now.unwrap_or(0)], self.limits_at(index, entry));
+            square -= 2.0 * here.a.min(free) * braked.max(0.0);
+            let exit = sqrt(square.max(0.0));
+            for (k, limits) in stages.iter_mut().enumerate() {
+                // Around the borders for the stages on either side: the prediction is not exact.
+                let high = SHARES[k] * highest * NEAR;
+                let low = SHARES
+                    .get(k + 1)
+                    .map_or(0.0, |share| share * highest / NEAR);
+                if entry >= low && exit <= high {
+                    *limits = least(*limits, self.limits_at(index, entry.min(high)));
+                }
+            }
             if square <= 0.0 || index >= self.last {
                 break;
             }
-            let speed = sqrt(square);
             let node = self.nodes.get(index);
             index += 1;
             let next = self.nodes.get(index);
             // Only what already slows down is worth waiting for.
-            waits |= a < 0.0 && speed > SLACK * node.exit_v.min(next.limits.v);
-            let limits = self.limits_at(index, speed);
-            while stage + 1 < STAGES && speed < SHARES[stage + 1] * highest {
-                stage += 1;
-                stages[stage..].fill(limits);
-            }
-            for later in &mut stages[stage..] {
-                *later = least(*later, limits);
-            }
+            waits |= a < 0.0 && exit > SLACK * node.exit_v.min(next.limits.v);
             left = next.length;
             way += left;
+        }
+        for (k, limits) in stages.iter_mut().enumerate() {
+            if limits.a >= FREE.a {
+                *limits = self.limits_at(index, SHARES[k] * highest);
+            }
         }
         // Limits rise from stage to stage, so that the motion fits the next one whenever it comes.
         for k in (0..STAGES - 1).rev() {
