@@ -9,6 +9,15 @@ pub mod segment;
 
 use braking::BrakeLimits;
 
+/// How a [`Piece`] ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PieceEnd {
+    /// Another piece follows.
+    Continue,
+    /// At rest at the end of the segment with this running number.
+    StopAfter(u32),
+}
+
 /// A stretch of constant jerk, whole ticks long.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Piece {
@@ -16,8 +25,8 @@ pub struct Piece {
     pub jerk: i64,
     /// Duration.
     pub ticks: u32,
-    /// The last tick comes to rest, exactly on the end of segment `brake.last`.
-    pub stops: bool,
+    /// What the last tick does.
+    pub end: PieceEnd,
     /// How to come to rest on the path if a hold comes or nothing follows.
     pub brake: BrakeLimits,
     /// Pieces planned before the interrupt braked are void: it takes only those of its own generation.

@@ -14,7 +14,7 @@ use crate::config::Config;
 use crate::interpolator::braking::{BrakeLimits, Braking};
 use crate::interpolator::motion::{Motion, Wide};
 use crate::interpolator::segment::{fine_scale, ServoSegment};
-use crate::interpolator::{widen, Piece, T_FRAC};
+use crate::interpolator::{widen, Piece, PieceEnd, T_FRAC};
 use crate::stepgen::{StepFrame, StepGenerator};
 use crate::units::{Phase, Steps, AXES};
 
@@ -50,10 +50,10 @@ pub struct Servo<'a> {
     /// Phase units per unit of the fine coefficients.
     scale: [i32; AXES],
     run: Run,
-    /// Jerk of what is running, and ticks left of it; whether it ends at a stop, and how to come to rest before.
+    /// Jerk of what is running, and ticks left of it; how it ends, and how to come to rest instead.
     jerk: i64,
     ticks: u32,
-    stops: bool,
+    end: PieceEnd,
     limits: BrakeLimits,
     braking: Braking,
     /// The last request of [`Shared::hold`] that was answered.
@@ -86,7 +86,7 @@ impl<'a> Servo<'a> {
             run: Run::Rest,
             jerk: 0,
             ticks: 0,
-            stops: false,
+            end: PieceEnd::Continue,
             limits: BrakeLimits::default(),
             braking: Braking::default(),
             answered: 0,
@@ -161,7 +161,7 @@ impl<'a> Servo<'a> {
             match self.run {
                 Run::Brake => {}
                 Run::Rest => self.give_up(),
-                Run::Piece if self.ticks == 0 && self.stops => {
+                Run::Piece if self.ticks == 0 && self.end != PieceEnd::Continue => {
                     self.give_up();
                     self.rest();
                 }
@@ -175,7 +175,7 @@ impl<'a> Servo<'a> {
     /// The plan ends at rest as soon as braking would, or braking would run over the stop.
     fn is_landing(&self) -> bool {
         let beyond = self.sequence.wrapping_sub(self.limits.last).wrapping_sub(1);
-        let ends = self.stops && self.ticks <= LANDED;
+        let ends = self.end != PieceEnd::Continue && self.ticks <= LANDED;
         self.limits.waits || ends || beyond < u32::MAX / 2
     }
 
@@ -189,7 +189,7 @@ impl<'a> Servo<'a> {
         self.give_up();
         let Motion { v, a, .. } = self.motion;
         self.braking = Braking::new(&self.limits, v.get(), -a.get());
-        (self.run, self.stops) = (Run::Brake, false);
+        self.run = Run::Brake;
     }
 
     /// The next tick of braking.
@@ -200,7 +200,6 @@ impl<'a> Servo<'a> {
             self.rest();
             return;
         }
-        self.publish_feed();
         self.motion.a = Wide::new(-self.braking.next(v.get(), -a.get()));
         (self.jerk, self.ticks) = (0, 1);
     }
@@ -210,14 +209,13 @@ impl<'a> Servo<'a> {
             if piece.generation == self.generation && piece.ticks > 0 {
                 self.run = Run::Piece;
                 (self.jerk, self.ticks) = (piece.jerk, piece.ticks);
-                (self.stops, self.limits) = (piece.stops, piece.brake);
+                (self.end, self.limits) = (piece.end, piece.brake);
                 self.enter();
-                self.publish_feed();
                 self.shared.moving.store(true, Relaxed);
                 return;
             }
         }
-        if self.run == Run::Piece && !self.stops {
+        if self.run == Run::Piece && self.end == PieceEnd::Continue {
             // Nothing follows although the machine moves.
             self.brake();
             self.slow_down();
@@ -282,11 +280,11 @@ impl<'a> Servo<'a> {
         Some(segment)
     }
 
-    /// One tick along the segment at hand; `false` if the motion has left it, or stops, and [`Self::turn`] is due.
+    /// One tick along the segment at hand; `false` if the motion has left it, or a run ends, and [`Self::turn`] is due.
     #[inline(always)]
     fn glide(&mut self) -> bool {
         self.motion.step(self.jerk);
-        let inside = !self.motion.is_beyond() && (self.ticks != 0 || !self.stops);
+        let inside = self.ticks != 0 && !self.motion.is_beyond();
         if inside {
             self.evaluate(self.motion.left);
         }
@@ -316,9 +314,10 @@ impl<'a> Servo<'a> {
         const _: () = assert!(AXES == 5);
     }
 
-    /// The end of a tick that crosses a joint or stops.
+    /// The end of a tick that crosses a joint or ends a run.
     #[inline(never)]
     fn turn(&mut self) {
+        self.publish_feed();
         // The end of the last segment known is where the path ends.
         self.enter();
         while self.motion.left.is_negative() {
@@ -336,9 +335,11 @@ impl<'a> Servo<'a> {
             }
             self.enter();
         }
-        if self.ticks == 0 && self.stops {
-            self.stop_after(self.limits.last);
-            return;
+        if self.ticks == 0 && self.run == Run::Piece {
+            if let PieceEnd::StopAfter(last) = self.end {
+                self.stop_after(last);
+                return;
+            }
         }
         // Rounding may carry the motion over either end; the position stays inside.
         let length = self.segments.peek().map_or(0, |next| widen(next.length));

@@ -17,7 +17,7 @@ use heapless::spsc::Producer;
 
 use crate::config::Config;
 use crate::geometry::arc::{Driven, PathShape, ServoSegment, S_FRAC};
-use crate::interpolator::{widen, PathState, Piece};
+use crate::interpolator::{widen, PathState, Piece, PieceEnd};
 use crate::machine::shared::Shared;
 use crate::units::Position;
 use ceiling::Branch;
@@ -307,9 +307,12 @@ impl<'a> Planner<'a> {
         }
         let view = self.view(config);
         match view.decide() {
-            Decision::Go(jerk, ticks) => self.emit(config, &[(jerk, ticks)], None),
-            Decision::Rest(phases) => self.emit(config, &phases, None),
-            Decision::Land { phases, stop } => self.emit(config, &phases, Some(stop)),
+            Decision::Go(jerk, ticks) => self.emit(config, &[(jerk, ticks)], PieceEnd::Continue),
+            Decision::Rest(phases) => self.emit(config, &phases, PieceEnd::Continue),
+            Decision::Land { phases, stop } => {
+                let number = self.first.wrapping_add(stop as u32);
+                self.emit(config, &phases, PieceEnd::StopAfter(number));
+            }
         }
         true
     }
@@ -335,10 +338,8 @@ impl<'a> Planner<'a> {
         true
     }
 
-    /// Queues `phases` and moves the planned state to their end: a stop behind node `stop`, if there is one.
-    fn emit(&mut self, config: &Config, phases: &[(i64, u32)], stop: Option<usize>) {
-        let number = |index: usize| self.first.wrapping_add(index as u32);
-        let end = stop.map_or(self.last, number);
+    /// Queues `phases` and moves the planned state to their end.
+    fn emit(&mut self, config: &Config, phases: &[(i64, u32)], end: PieceEnd) {
         let landing = (phases.len() > 1).then(|| self.view(config).landing_limits(phases));
         for (i, &(jerk, ticks)) in phases.iter().enumerate() {
             let last = i + 1 == phases.len();
@@ -349,21 +350,21 @@ impl<'a> Planner<'a> {
             if let Some(next) = self.state.after(jerk, ticks) {
                 self.state = next;
             }
-            let stop = stop.filter(|_| last);
-            if let Some(stop) = stop {
-                self.cursor = stop + 1;
+            let piece_end = if last { end } else { PieceEnd::Continue };
+            if let PieceEnd::StopAfter(number) = piece_end {
+                self.cursor = number.wrapping_sub(self.first) as usize + 1;
                 self.state = PathState::default();
             } else {
                 self.cross_joints();
             }
             let mut brake =
                 landing.unwrap_or_else(|| self.view(config).brake_limits(from, before.v));
-            brake.last = end;
+            brake.last = self.last;
             self.planned = self.planned.wrapping_add(ticks);
             let piece = Piece {
                 jerk,
                 ticks,
-                stops: stop.is_some(),
+                end: piece_end,
                 brake,
                 generation: self.generation,
             };
