@@ -3,8 +3,11 @@
 //! In: [`ServoSegment`](segment::ServoSegment)s and profile [`Piece`]s from the queues. Out: commanded positions.
 //! What both sides of the queue must agree on lies here; what only the interrupt does, in the modules.
 
+pub mod braking;
 pub mod motion;
 pub mod segment;
+
+use braking::BrakeLimits;
 
 /// How a [`Piece`] ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -13,8 +16,6 @@ pub enum PieceEnd {
     Continue,
     /// At rest at the end of the segment with this running number.
     StopAfter(u32),
-    /// At rest on the path, wherever that is (feed hold).
-    StopHere,
 }
 
 /// A stretch of constant jerk, whole ticks long.
@@ -26,9 +27,9 @@ pub struct Piece {
     pub ticks: u32,
     /// What the last tick does.
     pub end: PieceEnd,
-    /// How to come to rest on the path if nothing follows this piece: jerk and ticks of three phases.
-    pub escape: [(i64, u32); 3],
-    /// Pieces planned before an escape are void: the interrupt takes only those of its own generation.
+    /// How to come to rest on the path if a hold comes or nothing follows.
+    pub brake: BrakeLimits,
+    /// Pieces planned before the interrupt braked are void: it takes only those of its own generation.
     pub generation: u32,
 }
 

@@ -41,11 +41,31 @@ impl AxisCurve {
         let t = place.fine;
         let [c1, c2, c3, c4, c5] = self.fine;
         let sum = c1 + high(c2 + high(c3 + high(c4 + high(c5, t), t), t), t);
+        self.with(place, sum, scale)
+    }
+
+    /// [`Self::at`] of an axis that [`Self::is_straight`], the same bits.
+    #[inline(always)]
+    #[must_use]
+    pub fn at_straight(&self, place: &Place, scale: i32) -> Phase {
+        self.with(place, self.fine[0], scale)
+    }
+
+    /// Nothing but the linear term.
+    #[must_use]
+    pub fn is_straight(&self) -> bool {
+        let [_, higher @ ..] = self.fine;
+        higher == [0; 4]
+    }
+
+    /// The linear term, and `sum` times t.
+    #[inline(always)]
+    fn with(&self, place: &Place, sum: i32, scale: i32) -> Phase {
         let slope = i64::from(self.slope);
         self.base
             .wrapping_add(slope * i64::from(place.high))
             .wrapping_add(i64::from(high(self.slope, place.low)))
-            .wrapping_add(i64::from(high(sum, t)) * i64::from(scale))
+            .wrapping_add(i64::from(high(sum, place.fine)) * i64::from(scale))
     }
 }
 
@@ -81,11 +101,13 @@ pub struct ServoSegment {
     /// Text line.
     pub block: u32,
     /// Left shift after which the way left fills 64 bits above the lowest word of [`Wide`].
-    shift: u32,
+    shift: u8,
     /// Arc length L, path units in Q10.54.
     pub length: i64,
     /// 2^127 / (L << leading zeros), rounded down to less.
     inverse: u64,
+    /// Every axis [`AxisCurve::is_straight`].
+    straight: bool,
     /// Coefficients.
     pub axes: [AxisCurve; AXES],
 }
@@ -99,11 +121,19 @@ impl ServoSegment {
         Self {
             block,
             // A length has 64 - zeros bits of its own and T_FRAC - S_FRAC below; a wide number has 96.
-            shift: 32 - (T_FRAC - S_FRAC) + zeros,
+            shift: (32 - (T_FRAC - S_FRAC) + zeros) as u8,
             length,
             inverse: reciprocal((length as u64) << zeros),
+            straight: axes.iter().all(AxisCurve::is_straight),
             axes,
         }
+    }
+
+    /// A line: [`AxisCurve::at_straight`] serves all axes.
+    #[inline(always)]
+    #[must_use]
+    pub const fn is_straight(&self) -> bool {
+        self.straight
     }
 
     /// Where the way `left` (0 to L) is.
@@ -111,15 +141,13 @@ impl ServoSegment {
     #[must_use]
     pub fn place(&self, left: Wide) -> Place {
         let words = left.words();
-        // Shifts by a register are cheap for words only.
-        let [low, mid, top] = if self.shift < 32 {
-            words
+        let shift = u32::from(self.shift);
+        let (upper, lower) = if shift < 32 {
+            aligned(words, shift)
         } else {
-            [0, words[0], words[1]]
+            aligned_tiny(words, shift)
         };
-        let shift = self.shift & 31;
-        let join = |upper: u32, lower: u32| (upper << shift) | ((lower >> 1) >> (31 - shift));
-        let (upper, lower) = (u64::from(join(top, mid)), u64::from(join(mid, low)));
+        let (upper, lower) = (u64::from(upper), u64::from(lower));
         let (inverse_upper, inverse_lower) = (self.inverse >> 32, u64::from(self.inverse as u32));
         // Without the product of the lower halves: at most three units of 2^-63 too little, so always below one.
         let share = upper * inverse_upper
@@ -145,6 +173,20 @@ impl ServoSegment {
     pub fn end(&self, scale: &[i32; AXES]) -> [Phase; AXES] {
         core::array::from_fn(|a| self.axes[a].at(&Place::END, scale[a]))
     }
+}
+
+/// The upper 64 of 96 bits shifted left by less than 32.
+#[inline(always)]
+fn aligned([low, mid, top]: [u32; 3], shift: u32) -> (u32, u32) {
+    let join = |upper: u32, lower: u32| (upper << shift) | ((lower >> 1) >> (31 - shift));
+    (join(top, mid), join(mid, low))
+}
+
+/// The same for a shift of 32 and more, that is for segments of a few micrometres: a call, so that the others do not select.
+#[cold]
+#[inline(never)]
+fn aligned_tiny([low, mid, _]: [u32; 3], shift: u32) -> (u32, u32) {
+    aligned([0, low, mid], shift & 31)
 }
 
 /// 2^127 / `x` for `x` with its top bit set: less than that by a few units, never more, never all of it.

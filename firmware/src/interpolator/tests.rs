@@ -119,6 +119,11 @@ proptest! {
             let inside = share.iter().map(|x| (x * segment.length as f64) as i64);
             for left in inside.chain([1, segment.length - 1, segment.length]) {
                 for (a, found) in phases(segment, left).into_iter().enumerate() {
+                    let curve = &segment.axes[a];
+                    if curve.is_straight() {
+                        let place = segment.place(Wide::new(widen(left)));
+                        prop_assert_eq!(curve.at_straight(&place, fine_scale(&config)[a]), found);
+                    }
                     let unit = 0.5_f64.powi(fine_bits(&config, a) as i32);
                     let moved = found.wrapping_sub(segment.axes[a].base) as f64 * 0.5_f64.powi(PHASE_FRAC as i32);
                     let exact = formula(segment, a, left);
@@ -147,6 +152,7 @@ fn a_long_line_comes_in_equal_parts() {
     let mut at = hermite.start;
     for Driven { segment, end, .. } in &pieces {
         assert_eq!(segment.length, pieces[0].segment.length);
+        assert!(segment.is_straight());
         assert_eq!(phases(segment, 0), end.map(|x| phase(x.to_bits())));
         for a in 0..AXES {
             let way = (end[a] - at[a]).to_num::<f64>();

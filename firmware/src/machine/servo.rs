@@ -11,6 +11,7 @@ use heapless::spsc::Consumer;
 use super::shared::Shared;
 use super::Sample;
 use crate::config::Config;
+use crate::interpolator::braking::{BrakeLimits, Braking};
 use crate::interpolator::motion::{Motion, Wide};
 use crate::interpolator::segment::{fine_scale, ServoSegment};
 use crate::interpolator::{widen, Piece, PieceEnd, T_FRAC};
@@ -24,10 +25,14 @@ const DRAIN_PER_TICK: usize = 16;
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Run {
     Rest,
-    Piece(Piece),
-    /// Coming to rest because no piece followed; index of the phase.
-    Escape(Piece, usize),
+    Piece,
+    /// Coming to rest because of a hold, or because no piece followed.
+    Brake,
 }
+
+/// From so many ticks before the end of a landing on, a hold lets it end: braking would take as long, and rounding may
+/// already have carried the motion over the stop.
+const LANDED: u32 = 3;
 
 /// Fractional bits of the published path velocity.
 const FEED_FRAC: u32 = 30;
@@ -45,9 +50,14 @@ pub struct Servo<'a> {
     /// Phase units per unit of the fine coefficients.
     scale: [i32; AXES],
     run: Run,
-    /// Jerk of what is running, and ticks left of it.
+    /// Jerk of what is running, and ticks left of it; how it ends, and how to come to rest instead.
     jerk: i64,
     ticks: u32,
+    end: PieceEnd,
+    limits: BrakeLimits,
+    braking: Braking,
+    /// The last request of [`Shared::hold`] that was answered.
+    answered: u32,
     /// The way left counts to the end of the segment at the head of the queue if that is `entered`, else to its start.
     motion: Motion,
     entered: bool,
@@ -55,7 +65,6 @@ pub struct Servo<'a> {
     passed: Option<[Phase; AXES]>,
     sequence: u32,
     generation: u32,
-    executed: u32,
     steps: StepGenerator,
     moved: bool,
     block: u32,
@@ -77,12 +86,15 @@ impl<'a> Servo<'a> {
             run: Run::Rest,
             jerk: 0,
             ticks: 0,
+            end: PieceEnd::Continue,
+            limits: BrakeLimits::default(),
+            braking: Braking::default(),
+            answered: 0,
             motion: Motion::default(),
             entered: false,
             passed: None,
             sequence: 0,
             generation: 0,
-            executed: 0,
             steps: StepGenerator::new([0; AXES], config.pulse_slots, config.dir_setup_slots),
             moved: false,
             block: 0,
@@ -96,21 +108,19 @@ impl<'a> Servo<'a> {
             self.freeze();
             return;
         }
-        if self.ticks == 0 && !self.next_run() {
+        let hold = self.shared.hold.load(Relaxed);
+        if (self.ticks == 0 || hold != self.answered) && !self.next_run(hold) {
             return;
         }
         self.ticks -= 1;
         if !self.glide() {
             self.turn();
         }
-        self.executed = self.executed.wrapping_add(1);
         if self.steps.frame().is_some() {
             self.publish_steps();
         }
-        self.shared
-            .feed
-            .store(self.motion.v.above(T_FRAC - FEED_FRAC), Relaxed);
-        self.shared.executed.store(self.executed, Release);
+        let executed = &self.shared.executed;
+        executed.store(executed.load(Relaxed).wrapping_add(1), Release);
     }
 
     /// What this tick asks of the step port; `None` if no axis steps.
@@ -120,12 +130,23 @@ impl<'a> Servo<'a> {
         self.steps.frame()
     }
 
-    /// Picks what comes after a finished run; `false` at rest.
+    /// Picks what comes after a finished run, or after a request to hold; `false` at rest.
     #[inline(never)]
-    fn next_run(&mut self) -> bool {
-        // The first pieces of a path may be short; starting on them would outrun the planner.
-        if self.run != Run::Rest || self.shared.ready.load(Acquire) {
-            self.follow_run();
+    fn next_run(&mut self, hold: u32) -> bool {
+        if hold != self.answered {
+            self.answer(hold);
+        }
+        match self.run {
+            Run::Brake => self.slow_down(),
+            Run::Piece if self.ticks == 0 => self.follow_run(),
+            Run::Piece => {}
+            Run::Rest => {
+                self.drop_void();
+                // The first pieces of a path may be short; starting on them would outrun the planner.
+                if hold & 1 == 0 && self.shared.ready.load(Acquire) {
+                    self.follow_run();
+                }
+            }
         }
         self.moved = self.run != Run::Rest;
         if !self.moved {
@@ -134,41 +155,86 @@ impl<'a> Servo<'a> {
         self.moved
     }
 
+    /// Answers a request to hold, at once unless the motion is about to land; one to go on needs no answer.
+    fn answer(&mut self, hold: u32) {
+        if hold & 1 != 0 {
+            match self.run {
+                Run::Brake => {}
+                Run::Rest => self.give_up(),
+                Run::Piece if self.ticks == 0 && self.end != PieceEnd::Continue => {
+                    self.give_up();
+                    self.rest();
+                }
+                Run::Piece if self.is_landing() => return,
+                Run::Piece => self.brake(),
+            }
+        }
+        self.answered = hold;
+    }
+
+    /// The plan ends at rest as soon as braking would, or braking would run over the stop.
+    fn is_landing(&self) -> bool {
+        let beyond = self.sequence.wrapping_sub(self.limits.last).wrapping_sub(1);
+        let ends = self.end != PieceEnd::Continue && self.ticks <= LANDED;
+        self.limits.waits || ends || beyond < u32::MAX / 2
+    }
+
+    /// What is planned from now on does not fit on what is queued.
+    fn give_up(&mut self) {
+        self.generation = self.generation.wrapping_add(1);
+        self.shared.generation.store(self.generation, Release);
+    }
+
+    fn brake(&mut self) {
+        self.give_up();
+        let Motion { v, a, .. } = self.motion;
+        self.braking = Braking::new(&self.limits, v.get(), -a.get());
+        self.run = Run::Brake;
+    }
+
+    /// The next tick of braking.
+    fn slow_down(&mut self) {
+        let Motion { v, a, .. } = self.motion;
+        if v.get() <= 0 {
+            self.motion.halt();
+            self.rest();
+            return;
+        }
+        self.motion.a = Wide::new(-self.braking.next(v.get(), -a.get()));
+        (self.jerk, self.ticks) = (0, 1);
+    }
+
     fn follow_run(&mut self) {
         while let Some(piece) = self.pieces.dequeue() {
             if piece.generation == self.generation && piece.ticks > 0 {
-                self.run = Run::Piece(piece);
+                self.run = Run::Piece;
                 (self.jerk, self.ticks) = (piece.jerk, piece.ticks);
+                (self.end, self.limits) = (piece.end, piece.brake);
                 self.enter();
                 self.shared.moving.store(true, Relaxed);
                 return;
             }
         }
-        match self.run {
-            Run::Piece(piece) if piece.end == PieceEnd::Continue => {
-                // Nothing follows although the machine moves. What is planned later does not fit on.
-                self.generation = self.generation.wrapping_add(1);
-                self.shared.generation.store(self.generation, Release);
-                self.escape(piece, 0);
-            }
-            Run::Escape(piece, phase) => self.escape(piece, phase + 1),
-            _ => self.rest(),
+        if self.run == Run::Piece && self.end == PieceEnd::Continue {
+            // Nothing follows although the machine moves.
+            self.brake();
+            self.slow_down();
+        } else {
+            self.rest();
         }
     }
 
-    fn escape(&mut self, piece: Piece, from: usize) {
-        for phase in from..piece.escape.len() {
-            if piece.escape[phase].1 > 0 {
-                self.run = Run::Escape(piece, phase);
-                (self.jerk, self.ticks) = piece.escape[phase];
-                return;
-            }
+    /// Pieces of an older generation make room for those to come.
+    fn drop_void(&mut self) {
+        let generation = self.generation;
+        let void = |piece: &Piece| piece.generation != generation;
+        while self.pieces.peek().is_some_and(void) {
+            self.pieces.dequeue();
         }
-        self.motion.halt();
-        self.rest();
     }
 
     fn rest(&mut self) {
+        self.ticks = 0;
         if self.run != Run::Rest || self.shared.moving.load(Relaxed) {
             self.run = Run::Rest;
             self.shared.ready.store(false, Relaxed);
@@ -215,7 +281,7 @@ impl<'a> Servo<'a> {
     }
 
     /// One tick along the segment at hand; `false` if the motion has left it, or a run ends, and [`Self::turn`] is due.
-    #[inline(never)]
+    #[inline(always)]
     fn glide(&mut self) -> bool {
         self.motion.step(self.jerk);
         let inside = self.ticks != 0 && !self.motion.is_beyond();
@@ -234,33 +300,44 @@ impl<'a> Servo<'a> {
             return;
         };
         let place = segment.place(left);
-        let steps = &mut self.steps;
-        let mut axis = |a: usize| steps.lead(a, segment.axes[a].at(&place, self.scale[a]));
-        axis(0);
-        axis(1);
-        axis(2);
-        axis(3);
-        axis(4);
+        let (steps, scale, axes) = (&mut self.steps, &self.scale, &segment.axes);
+        macro_rules! each_axis {
+            ($at:ident: $($a:literal)*) => {
+                $(steps.lead($a, axes[$a].$at(&place, scale[$a]));)*
+            };
+        }
+        if segment.is_straight() {
+            each_axis!(at_straight: 0 1 2 3 4);
+        } else {
+            each_axis!(at: 0 1 2 3 4);
+        }
         const _: () = assert!(AXES == 5);
     }
 
     /// The end of a tick that crosses a joint or ends a run.
     #[inline(never)]
     fn turn(&mut self) {
+        self.publish_feed();
         // The end of the last segment known is where the path ends.
         self.enter();
-        while self.motion.left.is_negative() && self.segments.len() > 1 {
+        while self.motion.left.is_negative() {
+            if self.run == Run::Brake && self.sequence == self.limits.last {
+                // Braking does not run over a stop.
+                self.stop_after(self.limits.last);
+                return;
+            }
+            if self.segments.len() <= 1 {
+                break;
+            }
             if let Some(segment) = self.leave() {
                 let crawls = self.motion.v.get() < CRAWL;
                 self.passed = crawls.then(|| segment.end(&self.scale));
             }
             self.enter();
         }
-        if self.ticks == 0 {
-            if let Some(end) = self.finish_run() {
-                for a in 0..AXES {
-                    self.steps.lead(a, end[a]);
-                }
+        if self.ticks == 0 && self.run == Run::Piece {
+            if let PieceEnd::StopAfter(last) = self.end {
+                self.stop_after(last);
                 return;
             }
         }
@@ -269,35 +346,24 @@ impl<'a> Servo<'a> {
         self.evaluate(Wide::new(self.motion.left.get().clamp(0, length)));
     }
 
-    /// Does what the last tick of a run does; where the path stops, its exact end.
-    fn finish_run(&mut self) -> Option<[Phase; AXES]> {
-        let Run::Piece(piece) = self.run else {
-            return None;
-        };
-        match piece.end {
-            PieceEnd::Continue => None,
-            PieceEnd::StopHere => {
-                self.motion.halt();
-                None
-            }
-            PieceEnd::StopAfter(last) => {
-                // Exactly on the end point, whatever the rounding of s.
-                let mut end = None;
-                if last.wrapping_add(1) == self.sequence {
-                    // Passed faster than that, it was not a landing: within rounding of the end is near enough.
-                    let next = self.segments.peek();
-                    end = self.passed.or_else(|| Some(next?.start(&self.scale)));
-                    self.entered = false;
-                }
-                while last.wrapping_sub(self.sequence) < u32::MAX / 2 {
-                    let Some(segment) = self.leave() else {
-                        break;
-                    };
-                    end = Some(segment.end(&self.scale));
-                }
-                self.motion = Motion::default();
-                end
-            }
+    /// Stands still exactly on the end of segment `last`, whatever the rounding of s.
+    fn stop_after(&mut self, last: u32) {
+        let mut end = None;
+        if last.wrapping_add(1) == self.sequence {
+            // Passed faster than that, it was not a landing: within rounding of the end is near enough.
+            let next = self.segments.peek();
+            end = self.passed.or_else(|| Some(next?.start(&self.scale)));
+            self.entered = false;
+        }
+        while last.wrapping_sub(self.sequence) < u32::MAX / 2 {
+            let Some(segment) = self.leave() else {
+                break;
+            };
+            end = Some(segment.end(&self.scale));
+        }
+        self.motion = Motion::default();
+        for (axis, &phase) in end.iter().flatten().enumerate() {
+            self.steps.lead(axis, phase);
         }
     }
 
@@ -323,17 +389,22 @@ impl<'a> Servo<'a> {
     /// Emergency: no step from now on; the commanded position stays where it is.
     fn freeze(&mut self) {
         self.moved = false;
-        self.ticks = 0;
         self.motion.halt();
         if self.run != Run::Rest {
-            self.generation = self.generation.wrapping_add(1);
-            self.shared.generation.store(self.generation, Release);
+            self.give_up();
         }
         self.rest();
         self.drain();
     }
 
+    /// For status reports: with every step, and wherever a piece or a segment ends, is often enough.
+    fn publish_feed(&self) {
+        let feed = self.motion.v.above(T_FRAC - FEED_FRAC);
+        self.shared.feed.store(feed, Relaxed);
+    }
+
     fn publish_steps(&self) {
+        self.publish_feed();
         for (word, &steps) in self.shared.emitted.iter().zip(self.steps.emitted()) {
             word.store(steps, Relaxed);
         }

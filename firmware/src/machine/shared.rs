@@ -47,7 +47,7 @@ pub(crate) struct Shared {
     pub(crate) executed: AtomicU32,
     /// Running number of the segment being followed, wrapping.
     pub(crate) sequence: AtomicU32,
-    /// Counts escapes: pieces of an older generation are void.
+    /// Counts how often the interrupt gave up the plan: pieces of an older generation are void.
     pub(crate) generation: AtomicU32,
     /// A piece is running.
     pub(crate) moving: AtomicBool,
@@ -67,6 +67,9 @@ pub(crate) struct Shared {
     pub(crate) drain: AtomicBool,
     /// Request: no step from now on.
     pub(crate) fault: AtomicBool,
+    /// Request: come to rest on the path and stay there. Counts holds and resumes; odd while held, and every odd number
+    /// is answered once, by a new generation.
+    pub(crate) hold: AtomicU32,
 }
 
 impl Shared {
@@ -84,6 +87,7 @@ impl Shared {
             block: AtomicU32::new(0),
             drain: AtomicBool::new(false),
             fault: AtomicBool::new(false),
+            hold: AtomicU32::new(0),
         }
     }
 }

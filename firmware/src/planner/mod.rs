@@ -6,6 +6,7 @@
 
 pub mod brake;
 pub mod ceiling;
+mod halt;
 pub mod limits;
 pub mod nodes;
 pub mod profile;
@@ -217,12 +218,22 @@ impl<'a> Planner<'a> {
     pub fn hold(&mut self) {
         if self.mode == Mode::Run {
             self.mode = Mode::Holding;
+            self.request_hold(true);
         }
     }
 
     /// Takes the motion up again.
     pub fn resume(&mut self) {
         self.mode = Mode::Run;
+        self.request_hold(false);
+    }
+
+    /// The interrupt answers a request to hold by a new generation, in the next tick or where it lands.
+    fn request_hold(&self, hold: bool) {
+        let count = self.shared.hold.load(Relaxed);
+        if (count & 1 != 0) != hold {
+            self.shared.hold.store(count.wrapping_add(1), Release);
+        }
     }
 
     /// A hold was asked for and not yet taken back.
@@ -247,6 +258,8 @@ impl<'a> Planner<'a> {
 
     /// Forgets everything. The interrupt must be at rest and its queues drained.
     pub fn clear(&mut self) {
+        // First: a hold that the interrupt answers later would void the new generation.
+        self.resume();
         self.first = self.shared.sequence.load(Acquire);
         self.nodes.clear();
         self.cursor = 0;
@@ -254,7 +267,6 @@ impl<'a> Planner<'a> {
         self.state = PathState::default();
         self.generation = self.shared.generation.load(Acquire);
         self.planned = self.shared.executed.load(Acquire);
-        self.mode = Mode::Run;
         self.end = None;
         self.until = None;
     }
@@ -262,7 +274,9 @@ impl<'a> Planner<'a> {
     /// Plans at most one decision further; `true` if something was done.
     pub fn advance(&mut self, config: &Config) -> bool {
         let more = self.decide(config);
-        if !more {
+        let current = self.generation == self.shared.generation.load(Acquire);
+        let waiting = self.planned != self.shared.executed.load(Acquire);
+        if !more && waiting && current && self.mode == Mode::Run {
             // Far enough ahead, or at the end of what is known: motion may begin.
             self.shared.ready.store(true, Release);
         }
@@ -286,30 +300,12 @@ impl<'a> Planner<'a> {
             return false;
         }
         if self.mode == Mode::Held || self.cursor >= self.nodes.len() {
-            if self.mode == Mode::Holding {
-                self.mode = Mode::Held;
-            }
             return false;
         }
         if !self.raise_ceiling(config) {
             return false;
         }
         let view = self.view(config);
-        if self.mode == Mode::Holding {
-            if self.state.v == 0 && self.state.a == 0 {
-                self.mode = Mode::Held;
-                return false;
-            }
-            let (phases, distance) = view.halt();
-            if view
-                .distance_to_stop()
-                .is_none_or(|stop| stop > 1.05 * distance)
-            {
-                self.emit(config, &phases, PieceEnd::StopHere);
-                self.mode = Mode::Held;
-                return true;
-            }
-        }
         match view.decide() {
             Decision::Go(jerk, ticks) => self.emit(config, &[(jerk, ticks)], PieceEnd::Continue),
             Decision::Rest(phases) => self.emit(config, &phases, PieceEnd::Continue),
@@ -321,7 +317,7 @@ impl<'a> Planner<'a> {
         true
     }
 
-    /// After an escape: takes up the state the interrupt came to rest in.
+    /// After the interrupt has braked: takes up the state the interrupt came to rest in.
     fn resynchronise(&mut self) -> bool {
         if self.shared.moving.load(Acquire) {
             return false;
@@ -344,37 +340,32 @@ impl<'a> Planner<'a> {
 
     /// Queues `phases` and moves the planned state to their end.
     fn emit(&mut self, config: &Config, phases: &[(i64, u32)], end: PieceEnd) {
+        let landing = (phases.len() > 1).then(|| self.view(config).landing_limits(phases));
         for (i, &(jerk, ticks)) in phases.iter().enumerate() {
             let last = i + 1 == phases.len();
             if ticks == 0 && !last {
                 continue;
             }
+            let (from, before) = (self.cursor, self.state);
             if let Some(next) = self.state.after(jerk, ticks) {
                 self.state = next;
             }
             let piece_end = if last { end } else { PieceEnd::Continue };
-            let mut escape = [(0, 0); 3];
-            match piece_end {
-                PieceEnd::StopAfter(number) => {
-                    self.cursor = number.wrapping_sub(self.first) as usize + 1;
-                    self.state = PathState::default();
-                }
-                PieceEnd::StopHere => {
-                    self.state.v = 0;
-                    self.state.a = 0;
-                    self.cross_joints();
-                }
-                PieceEnd::Continue => {
-                    self.cross_joints();
-                    escape = self.escape(config);
-                }
+            if let PieceEnd::StopAfter(number) = piece_end {
+                self.cursor = number.wrapping_sub(self.first) as usize + 1;
+                self.state = PathState::default();
+            } else {
+                self.cross_joints();
             }
+            let mut brake =
+                landing.unwrap_or_else(|| self.view(config).brake_limits(from, before.v));
+            brake.last = self.last;
             self.planned = self.planned.wrapping_add(ticks);
             let piece = Piece {
                 jerk,
                 ticks,
                 end: piece_end,
-                escape,
+                brake,
                 generation: self.generation,
             };
             let queued = self.pieces.enqueue(piece);
@@ -390,10 +381,6 @@ impl<'a> Planner<'a> {
             self.state.s -= widen(self.nodes.get(self.cursor).length_q);
             self.cursor += 1;
         }
-    }
-
-    fn escape(&self, config: &Config) -> [(i64, u32); 3] {
-        self.view(config).halt().0
     }
 
     fn view(&self, config: &Config) -> View<'_> {

@@ -115,7 +115,7 @@ impl View<'_> {
         }
     }
 
-    fn stretch(&self) -> Stretch<'_> {
+    pub(super) fn stretch(&self) -> Stretch<'_> {
         Stretch {
             nodes: self.nodes,
             last: self.last,
