@@ -142,7 +142,7 @@ pub fn run(
                     feeder.stop();
                     progress.ended_by.get_or_insert(End::Reset);
                 }
-                Event::Fault => {}
+                Event::Fault | Event::Feed(_) | Event::Rapid(_) | Event::Starve(_) => {}
             }
             progress.resting = 0;
         }

@@ -6,14 +6,15 @@
 
 use core::sync::atomic::Ordering::{Acquire, Relaxed, Release};
 
-use heapless::spsc::Consumer;
+use heapless::spsc::{Consumer, Producer};
 
 use super::shared::Shared;
-use super::Sample;
+use super::{Event, Sample};
 use crate::config::Config;
 use crate::interpolator::motion::{Motion, Wide};
 use crate::interpolator::segment::{fine_scale, ServoSegment};
 use crate::interpolator::{widen, Piece, PieceEnd, T_FRAC};
+use crate::planner::tempo::{Change, Request};
 use crate::stepgen::{StepFrame, StepGenerator};
 use crate::units::{Phase, Steps, AXES};
 
@@ -40,6 +41,7 @@ const CRAWL: i128 = 1 << (T_FRAC - 9);
 pub struct Servo<'a> {
     segments: Consumer<'a, ServoSegment>,
     pieces: Consumer<'a, Piece>,
+    requests: Producer<'a, Request>,
     shared: &'a Shared,
     hz: f32,
     /// Phase units per unit of the fine coefficients.
@@ -65,12 +67,14 @@ impl<'a> Servo<'a> {
     pub(super) fn new(
         segments: Consumer<'a, ServoSegment>,
         pieces: Consumer<'a, Piece>,
+        requests: Producer<'a, Request>,
         shared: &'a Shared,
         config: &Config,
     ) -> Self {
         Self {
             segments,
             pieces,
+            requests,
             shared,
             hz: config.servo_hz as f32,
             scale: fine_scale(config),
@@ -111,6 +115,20 @@ impl<'a> Servo<'a> {
             .feed
             .store(self.motion.v.above(T_FRAC - FEED_FRAC), Relaxed);
         self.shared.executed.store(self.executed, Release);
+    }
+
+    /// A request between two ticks. It carries the tick, so what comes of it does not depend on how far ahead the planner
+    /// is. Reset and fault are not for the interrupt to ask for.
+    pub fn request(&mut self, event: Event) {
+        let change = match event {
+            Event::Feed(percent) => Change::Feed(percent),
+            Event::Rapid(percent) => Change::Rapid(percent),
+            Event::Starve(ticks) => Change::Starve(ticks),
+            Event::Hold | Event::Resume | Event::Reset | Event::Fault => return,
+        };
+        let tick = self.executed;
+        // One that finds no room comes faster than anything can follow.
+        let _ = self.requests.enqueue(Request { tick, change });
     }
 
     /// What this tick asks of the step port; `None` if no axis steps.

@@ -6,13 +6,15 @@
 
 pub mod brake;
 pub mod ceiling;
+mod change;
 pub mod limits;
 pub mod nodes;
 pub mod profile;
+pub mod tempo;
 
 use core::sync::atomic::Ordering::{Acquire, Relaxed, Release};
 
-use heapless::spsc::Producer;
+use heapless::spsc::{Consumer, Producer};
 
 use crate::config::Config;
 use crate::geometry::arc::{Driven, PathShape, ServoSegment, S_FRAC};
@@ -20,9 +22,11 @@ use crate::interpolator::{widen, PathState, Piece, PieceEnd};
 use crate::machine::shared::Shared;
 use crate::units::Position;
 use ceiling::Branch;
-use limits::{curve_limits, joint, velocity_limit, Joint, JointCost};
+use change::Pace;
+use limits::{curve_limits, joint, velocity_limit, Joint, JointCost, ROUNDING};
 use nodes::{Node, Nodes};
 use profile::{Decision, View};
+use tempo::{Passing, Request, Schedule, FEED_MAX};
 
 /// Ticks planned ahead of the interrupt. Covers the longest stretch of background work between two calls.
 pub const LEAD_TICKS: u32 = 100;
@@ -54,8 +58,69 @@ struct Pending {
     shape: PathShape,
     order: SegmentOrder,
     /// Velocity its own curve allows.
-    v: f32,
-    entry: JointCost,
+    curve_v: f32,
+    /// Velocity the program asks for.
+    programmed_v: f32,
+    entry: Costs,
+}
+
+impl Pending {
+    /// Largest velocity at a feed override of `percent`, and a rapid override of 100.
+    fn velocity(&self, percent: u8) -> f32 {
+        let percent = if self.order.feed.is_finite() {
+            percent
+        } else {
+            100
+        };
+        self.curve_v
+            .min(self.programmed_v * (f32::from(percent) / 100.0))
+    }
+}
+
+/// Costs of a joint at overrides up to 100 % and above.
+#[derive(Clone, Copy, Default)]
+struct Costs {
+    programmed: JointCost,
+    raised: JointCost,
+}
+
+/// The two verdicts on a joint.
+#[derive(Clone, Copy)]
+struct Joints {
+    programmed: Joint,
+    raised: Joint,
+}
+
+impl Joints {
+    const STOP: Self = Self {
+        programmed: Joint::STOP,
+        raised: Joint::STOP,
+    };
+
+    fn between(config: &Config, before: &Pending, after: &Pending) -> Self {
+        // A joint of jerk-limited motion with any other is jerk-limited.
+        let soft = before.order.soft || after.order.soft;
+        let (ends, starts) = (&before.shape.end, &after.shape.start);
+        let slower = |percent| before.velocity(percent).min(after.velocity(percent));
+        let (v, most) = (slower(100), slower(FEED_MAX));
+        let programmed = joint(config, ends, starts, v, soft);
+        let mut raised = programmed;
+        if most > v && programmed.v > 0.0 {
+            let faster = joint(config, ends, starts, most, soft);
+            // Whether the path rests there does not depend on the override.
+            if faster.v > 0.0 {
+                raised = faster;
+            }
+        }
+        Self { programmed, raised }
+    }
+
+    fn costs(&self) -> Costs {
+        Costs {
+            programmed: self.programmed.cost,
+            raised: self.raised.cost,
+        }
+    }
 }
 
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -70,8 +135,12 @@ enum Mode {
 pub struct Planner<'a> {
     segments: Producer<'a, ServoSegment>,
     pieces: Producer<'a, Piece>,
+    /// From the interrupt.
+    requests: Consumer<'a, Request>,
     shared: &'a Shared,
     nodes: &'a mut Nodes,
+    schedule: Schedule,
+    pace: Pace,
     /// Running number of the oldest node.
     first: u32,
     /// Node the planned state is in.
@@ -92,14 +161,18 @@ impl<'a> Planner<'a> {
     pub(crate) fn new(
         segments: Producer<'a, ServoSegment>,
         pieces: Producer<'a, Piece>,
+        requests: Consumer<'a, Request>,
         shared: &'a Shared,
         nodes: &'a mut Nodes,
     ) -> Self {
         Self {
             segments,
             pieces,
+            requests,
             shared,
             nodes,
+            schedule: Schedule::default(),
+            pace: Pace::NEW,
             first: 0,
             cursor: 0,
             pending: None,
@@ -139,49 +212,65 @@ impl<'a> Planner<'a> {
             end,
         } = driven;
         let length = segment.length as f32 / (1_u64 << S_FRAC) as f32;
-        let feed = order.feed * shape.feed_scale;
-        let v = velocity_limit(config, shape, length, feed, order.soft);
-        let mut entry = JointCost::default();
-        if let Some(before) = self.pending.take() {
-            if before.order.exact_stop || before.shape.rotary_only != shape.rotary_only {
-                self.complete(config, &before, Joint::STOP);
-            } else {
-                // A joint of jerk-limited motion with any other is jerk-limited.
-                let soft = before.order.soft || order.soft;
-                let v = before.v.min(v);
-                let joint = joint(config, &before.shape.end, &shape.start, v, soft);
-                entry = joint.cost;
-                self.complete(config, &before, joint);
-            }
-        }
-        self.pending = Some(Pending {
+        let mut next = Pending {
             length_q: segment.length,
             shape: *shape,
             order,
-            v,
-            entry,
-        });
+            curve_v: velocity_limit(config, shape, length, f32::INFINITY, order.soft),
+            programmed_v: (1.0 - ROUNDING) * programmed(config, shape, order.feed),
+            entry: Costs::default(),
+        };
+        if let Some(before) = self.pending.take() {
+            if before.order.exact_stop || before.shape.rotary_only != shape.rotary_only {
+                self.complete(config, &before, &Joints::STOP);
+            } else {
+                let joints = Joints::between(config, &before, &next);
+                next.entry = joints.costs();
+                self.complete(config, &before, &joints);
+            }
+        }
+        self.pending = Some(next);
         self.end = Some(*end);
         let queued = self.segments.enqueue(*segment);
         debug_assert!(queued.is_ok(), "the caller checks has_room");
     }
 
-    fn complete(&mut self, config: &Config, segment: &Pending, exit: Joint) {
+    fn complete(&mut self, config: &Config, segment: &Pending, joints: &Joints) {
         let Pending {
             length_q,
             shape,
             order,
-            v,
+            curve_v,
+            programmed_v,
             entry,
         } = segment;
+        let exit = &joints.programmed;
+        let v = segment.velocity(100);
+        let costs = [entry.programmed, exit.cost];
+        let limits = curve_limits(config, shape, v, order.soft, &costs);
+        let raised = [entry.raised, joints.raised.cost];
+        let alpha = if raised == costs {
+            limits.alpha
+        } else {
+            curve_limits(config, shape, v, order.soft, &raised).alpha
+        };
         self.nodes.push(Node {
             length_q: *length_q,
             length: *length_q as f32 / (1_u64 << S_FRAC) as f32,
-            limits: curve_limits(config, shape, *v, order.soft, &[*entry, exit.cost]),
+            limits,
             exit_v: exit.v,
             exit_j: exit.j,
             stop: exit.v <= 0.0,
             brisk: !order.soft,
+            curve_v: *curve_v,
+            programmed_v: *programmed_v,
+            rapid: !order.feed.is_finite(),
+            raised: false,
+            other: Passing {
+                v: joints.raised.v,
+                j: joints.raised.j,
+                alpha,
+            },
             start: Branch::REST,
         });
     }
@@ -189,7 +278,7 @@ impl<'a> Planner<'a> {
     /// The path ends with the newest segment, for now.
     pub fn flush(&mut self, config: &Config) {
         if let Some(last) = self.pending.take() {
-            self.complete(config, &last, Joint::STOP);
+            self.complete(config, &last, &Joints::STOP);
         }
     }
 
@@ -241,6 +330,7 @@ impl<'a> Planner<'a> {
     #[must_use]
     pub fn is_starved(&self) -> bool {
         self.mode == Mode::Run
+            && !self.is_barred()
             && (self.cursor < self.nodes.len() || self.pending.is_some())
             && self.shared.executed.load(Relaxed).wrapping_add(LEAD_TICKS) >= self.planned
     }
@@ -257,6 +347,7 @@ impl<'a> Planner<'a> {
         self.mode = Mode::Run;
         self.end = None;
         self.until = None;
+        self.clear_tempo();
     }
 
     /// Plans at most one decision further; `true` if something was done.
@@ -280,6 +371,8 @@ impl<'a> Planner<'a> {
             return self.resynchronise();
         }
         let executed = self.shared.executed.load(Acquire);
+        // After `executed`: a request made by then is among them.
+        self.take_requests();
         if self.planned.wrapping_sub(executed) >= LEAD_TICKS
             || self.pieces.capacity() - self.pieces.len() < 3
         {
@@ -291,8 +384,17 @@ impl<'a> Planner<'a> {
             }
             return false;
         }
+        if self.is_barred() && self.state.v == 0 && self.state.a == 0 {
+            return false;
+        }
+        if self.mode == Mode::Run && self.keep_slowing(config) {
+            return true;
+        }
         if !self.raise_ceiling() {
             return false;
+        }
+        if self.mode == Mode::Run && self.change_tempo(config) {
+            return true;
         }
         let view = self.view(config);
         if self.mode == Mode::Holding {
@@ -306,6 +408,7 @@ impl<'a> Planner<'a> {
                 .is_none_or(|stop| stop > 1.05 * distance)
             {
                 self.emit(config, &phases, PieceEnd::StopHere);
+                self.drop_slowing();
                 self.mode = Mode::Held;
                 return true;
             }
@@ -331,6 +434,7 @@ impl<'a> Planner<'a> {
         let driven = self.shared.sequence.load(Acquire);
         self.cursor = driven.wrapping_sub(self.first) as usize;
         self.until = None;
+        self.drop_slowing();
         self.state = PathState {
             s: self.shared.rest_s.load(),
             v: 0,
@@ -427,9 +531,23 @@ impl<'a> Planner<'a> {
             None if known > wanted => (wanted, LOOK_AHEAD),
             None => return false,
         };
-        ceiling::build(self.nodes, self.cursor, last);
+        self.build(&self.tempo_now(), self.cursor, last);
         self.last = self.first.wrapping_add(last as u32);
         self.until = Some(self.last.wrapping_sub(ahead));
         true
     }
+}
+
+/// Velocity a block asks for on a segment: `feed`, or where that is infinite the largest at which no axis is too fast.
+fn programmed(config: &Config, shape: &PathShape, feed: f32) -> f32 {
+    if feed.is_finite() {
+        return feed * shape.feed_scale;
+    }
+    let mut v = f32::MAX;
+    for (axis, &slope) in config.axes.iter().zip(&shape.bound.first) {
+        if slope > 0.0 {
+            v = v.min(axis.v_max / slope);
+        }
+    }
+    v
 }

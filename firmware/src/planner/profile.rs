@@ -21,7 +21,7 @@ const NO_ACCELERATION: f32 = 0.1;
 const CRUISE: f32 = 1.0 - 5.0e-5;
 
 /// Slack on comparisons, relative.
-const SLACK: f32 = 1.0 + 5.0e-5;
+pub(super) const SLACK: f32 = 1.0 + 5.0e-5;
 
 /// Halvings of the range of jerks.
 const HALVINGS: u32 = 8;
@@ -42,9 +42,9 @@ const PREDICTIONS: u32 = 400;
 const PEAK: f32 = 0.04;
 
 /// What rounding may leave of a velocity or an acceleration of zero.
-const FINE: i128 = 1 << (T_FRAC - 42);
+pub(super) const FINE: i128 = 1 << (T_FRAC - 42);
 
-const UNIT: f32 = (1_u128 << T_FRAC) as f32;
+pub(super) const UNIT: f32 = (1_u128 << T_FRAC) as f32;
 
 /// The window and the state at the end of what has been planned.
 pub struct View<'a> {
@@ -87,12 +87,12 @@ struct StopAhead {
 
 /// Motion in SI-like units, continuous in time.
 #[derive(Clone, Copy, Debug)]
-struct Motion {
-    node: usize,
+pub(super) struct Motion {
+    pub(super) node: usize,
     /// Distance left in `node`.
-    left: f32,
-    v: f32,
-    a: f32,
+    pub(super) left: f32,
+    pub(super) v: f32,
+    pub(super) a: f32,
 }
 
 impl View<'_> {
@@ -100,7 +100,7 @@ impl View<'_> {
     ///
     /// The differences of a tick belong to places between ticks: acceleration to the tick before, velocity to half a tick
     /// before. All of it together is the motion one tick ago, on the same curve.
-    fn motion(&self) -> Motion {
+    pub(super) fn motion(&self) -> Motion {
         let left = widen(self.nodes.get(self.cursor).length_q) - self.state.s + self.state.v;
         let a = self.state.a as f32 / UNIT * self.hz * self.hz;
         Motion {
@@ -163,7 +163,7 @@ impl View<'_> {
     }
 
     /// Whether the motion can get from `at` onto the ceiling from below.
-    fn safe(&self, mut at: Motion) -> bool {
+    pub(super) fn safe(&self, mut at: Motion) -> bool {
         if at.v < 0.0 {
             return false;
         }
@@ -482,7 +482,7 @@ impl View<'_> {
 
     /// Runs `phases`; the state at their end and the node it lies in, or `None` if a limit breaks on the way.
     /// Does not go beyond node `last`.
-    fn follow(&self, phases: &Phases, last: usize) -> Option<(PathState, usize)> {
+    pub(super) fn follow(&self, phases: &Phases, last: usize) -> Option<(PathState, usize)> {
         const CHUNK: u32 = 8;
         let jerk_scale = self.hz * self.hz * self.hz / UNIT;
         let mut state = self.state;

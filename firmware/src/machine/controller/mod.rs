@@ -23,8 +23,9 @@ use crate::geometry::arc::ArcSplitter;
 use crate::geometry::travel::TravelBounds;
 use crate::geometry::{GeometryErrorKind, SegmentBuilder};
 use crate::nc::{Auxiliary, Command, Interpreter};
+use crate::planner::tempo::{Change, FEED_MAX};
 use crate::planner::{Planner, SegmentOrder};
-use crate::protocol::{classify, report, Incoming, Wire};
+use crate::protocol::{report, Incoming, Sorter, Wire};
 use crate::units::{Nano, Position, Steps, Tick, AXES, NANO_PER_UNIT};
 
 /// Commands one line can give.
@@ -89,6 +90,7 @@ pub struct Controller<'a> {
     /// A line has been taken and not yet answered.
     answer_due: bool,
     wire: Wire,
+    sorter: Sorter,
     status_due: bool,
     banner_due: bool,
     /// An error or fault latched.
@@ -129,6 +131,7 @@ impl<'a> Controller<'a> {
             standstill: None,
             answer_due: false,
             wire: Wire::new(),
+            sorter: Sorter::new(),
             status_due: false,
             banner_due: true,
             alarm: false,
@@ -144,7 +147,7 @@ impl<'a> Controller<'a> {
     /// One byte from the wire. Real-time bytes act at once and never take buffer space.
     #[inline]
     pub fn receive(&mut self, byte: u8) {
-        match classify(byte) {
+        match self.sorter.sort(byte) {
             Incoming::Text => {
                 self.received = true;
                 self.wire.receive(byte);
@@ -159,6 +162,10 @@ impl<'a> Controller<'a> {
         match incoming {
             Incoming::Event(event) => self.event(event),
             Incoming::Status => self.status_due = true,
+            Incoming::FeedBy(percent) => {
+                let asked = i16::from(self.planner.tempo().feed) + i16::from(percent);
+                self.event(Event::Feed(asked.clamp(0, FEED_MAX.into()) as u8));
+            }
             Incoming::Text | Incoming::Nothing => {}
         }
     }
@@ -204,6 +211,9 @@ impl<'a> Controller<'a> {
                 self.standstill = None;
                 self.answer_due = false;
             }
+            Event::Feed(percent) => self.planner.request(Change::Feed(percent)),
+            Event::Rapid(percent) => self.planner.request(Change::Rapid(percent)),
+            Event::Starve(ticks) => self.planner.request(Change::Starve(ticks)),
             Event::Fault => {
                 self.shared.fault.store(true, Release);
                 self.alarm = true;
@@ -225,6 +235,8 @@ impl<'a> Controller<'a> {
             State::Hold
         } else if self.is_idle() {
             State::Idle
+        } else if self.planner.is_barred() {
+            State::Hold
         } else {
             State::Run
         }
@@ -575,6 +587,10 @@ impl<'a> Controller<'a> {
                 .round()
                 .0 as u32,
             block: self.shared.block.load(Relaxed),
+            overrides: {
+                let tempo = self.planner.tempo();
+                [tempo.feed, tempo.rapid]
+            },
         };
         let config = self.config;
         // The report fits: `can_answer` was checked.
