@@ -157,6 +157,9 @@ impl Planner<'_> {
 
     fn take_change(&mut self, change: Change) {
         self.pace.wanted.apply(change);
+        if let Change::Starve(ticks) = change {
+            self.cut_supply(ticks);
+        }
         self.pace.again = self.planned;
     }
 
@@ -168,6 +171,12 @@ impl Planner<'_> {
         while let Some(change) = self.schedule.due(self.planned) {
             self.take_change(change);
         }
+    }
+
+    /// No faster than `most`, path units/s.
+    pub(super) fn limit_tempo(&mut self, most: f32) {
+        self.pace.wanted.most = most;
+        self.pace.again = self.planned;
     }
 
     /// Back to what the program says.
@@ -275,6 +284,10 @@ impl Planner<'_> {
         }
         self.pace.slowing = more.then_some(slowing);
         self.emit(config, &[(jerk, ticks)], end);
+        if end == PieceEnd::StopHere {
+            self.state.v = 0;
+            self.state.a = 0;
+        }
         if !more {
             self.pace.now = slowing.then;
             let last = self.last.wrapping_sub(self.first) as usize;

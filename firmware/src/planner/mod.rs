@@ -10,6 +10,7 @@ mod change;
 pub mod limits;
 pub mod nodes;
 pub mod profile;
+mod scarce;
 pub mod tempo;
 
 use core::sync::atomic::Ordering::{Acquire, Relaxed, Release};
@@ -26,6 +27,7 @@ use change::Pace;
 use limits::{curve_limits, joint, velocity_limit, Joint, JointCost, ROUNDING};
 use nodes::{Node, Nodes};
 use profile::{Decision, View};
+use scarce::Supply;
 use tempo::{Passing, Request, Schedule, FEED_MAX};
 
 /// Ticks planned ahead of the interrupt. Covers the longest stretch of background work between two calls.
@@ -55,6 +57,7 @@ pub struct SegmentOrder {
 #[derive(Clone, Copy)]
 struct Pending {
     length_q: i64,
+    block: u32,
     shape: PathShape,
     order: SegmentOrder,
     /// Velocity its own curve allows.
@@ -141,6 +144,7 @@ pub struct Planner<'a> {
     nodes: &'a mut Nodes,
     schedule: Schedule,
     pace: Pace,
+    supply: Supply,
     /// Running number of the oldest node.
     first: u32,
     /// Node the planned state is in.
@@ -173,6 +177,7 @@ impl<'a> Planner<'a> {
             nodes,
             schedule: Schedule::default(),
             pace: Pace::NEW,
+            supply: Supply::NEW,
             first: 0,
             cursor: 0,
             pending: None,
@@ -214,6 +219,7 @@ impl<'a> Planner<'a> {
         let length = segment.length as f32 / (1_u64 << S_FRAC) as f32;
         let mut next = Pending {
             length_q: segment.length,
+            block: segment.block,
             shape: *shape,
             order,
             curve_v: velocity_limit(config, shape, length, f32::INFINITY, order.soft),
@@ -238,6 +244,7 @@ impl<'a> Planner<'a> {
     fn complete(&mut self, config: &Config, segment: &Pending, joints: &Joints) {
         let Pending {
             length_q,
+            block,
             shape,
             order,
             curve_v,
@@ -265,6 +272,7 @@ impl<'a> Planner<'a> {
             curve_v: *curve_v,
             programmed_v: *programmed_v,
             rapid: !order.feed.is_finite(),
+            block: *block,
             raised: false,
             other: Passing {
                 v: joints.raised.v,
@@ -348,6 +356,7 @@ impl<'a> Planner<'a> {
         self.end = None;
         self.until = None;
         self.clear_tempo();
+        self.supply = Supply::NEW;
     }
 
     /// Plans at most one decision further; `true` if something was done.
@@ -390,7 +399,7 @@ impl<'a> Planner<'a> {
         if self.mode == Mode::Run && self.keep_slowing(config) {
             return true;
         }
-        if !self.raise_ceiling() {
+        if !self.cover(executed) {
             return false;
         }
         if self.mode == Mode::Run && self.change_tempo(config) {
@@ -418,6 +427,7 @@ impl<'a> Planner<'a> {
             Decision::Rest(phases) => self.emit(config, &phases, PieceEnd::Continue),
             Decision::Land { phases, stop } => {
                 let number = self.first.wrapping_add(stop as u32);
+                self.lands(number);
                 self.emit(config, &phases, PieceEnd::StopAfter(number));
             }
         }
@@ -435,6 +445,7 @@ impl<'a> Planner<'a> {
         self.cursor = driven.wrapping_sub(self.first) as usize;
         self.until = None;
         self.drop_slowing();
+        self.end_scarcity();
         self.state = PathState {
             s: self.shared.rest_s.load(),
             v: 0,
@@ -524,7 +535,7 @@ impl<'a> Planner<'a> {
         }
         let end = (here | (BATCH - 1)).wrapping_add(LOOK_AHEAD);
         let wanted = end.wrapping_sub(self.first) as usize;
-        let known = (wanted + 1).min(self.nodes.len());
+        let known = (wanted + 1).min(self.known());
         let stop = (self.cursor..known).find(|&index| self.nodes.get(index).stop);
         let (last, ahead) = match stop {
             Some(stop) => (stop, 0),

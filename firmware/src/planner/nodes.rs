@@ -31,6 +31,8 @@ pub struct Node {
     pub programmed_v: f32,
     /// Rapid motion: the rapid override counts.
     pub rapid: bool,
+    /// Text line it belongs to.
+    pub block: u32,
     /// `exit_v`, `exit_j` and `limits` are those of a feed override above 100 %.
     pub raised: bool,
     /// The same for the other range of overrides.
@@ -50,6 +52,7 @@ const EMPTY: Node = Node {
     curve_v: 0.0,
     programmed_v: 0.0,
     rapid: false,
+    block: 0,
     raised: false,
     other: Passing {
         v: 0.0,

@@ -279,6 +279,13 @@ impl<'a> Controller<'a> {
             self.banner_due = false;
             self.say(format_args!("{}", report::BANNER));
         }
+        if self.wire.can_answer() {
+            if let Some(line) = self.planner.take_underrun() {
+                self.say(format_args!(
+                    "[MSG:warning UNDERRUN line {line}: no further blocks in time, at rest on the path]\r\n"
+                ));
+            }
+        }
         // Planning first: the interrupt must never wait for text.
         if self.planner.advance(self.config) {
             return true;
@@ -341,7 +348,7 @@ impl<'a> Controller<'a> {
         }
         if self.planner.has_pending() {
             if self.planner.is_starved() {
-                self.planner.flush(self.config);
+                self.planner.time_out(self.config);
                 return true;
             }
             return false;
