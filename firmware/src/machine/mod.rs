@@ -3,6 +3,7 @@
 mod controller;
 mod servo;
 pub(crate) mod shared;
+pub mod timetable;
 
 use core::cell::Cell;
 

@@ -118,17 +118,19 @@ impl<'a> Servo<'a> {
     }
 
     /// A request between two ticks. It carries the tick, so what comes of it does not depend on how far ahead the planner
-    /// is. Reset and fault are not for the interrupt to ask for.
-    pub fn request(&mut self, event: Event) {
+    /// is. `false` if there is no room for it yet. A fault is not for the interrupt to ask for.
+    pub fn request(&mut self, event: Event) -> bool {
         let change = match event {
             Event::Feed(percent) => Change::Feed(percent),
             Event::Rapid(percent) => Change::Rapid(percent),
             Event::Starve(ticks) => Change::Starve(ticks),
-            Event::Hold | Event::Resume | Event::Reset | Event::Fault => return,
+            Event::Hold => Change::Hold,
+            Event::Resume => Change::Resume,
+            Event::Reset => Change::Reset,
+            Event::Fault => return true,
         };
         let tick = self.executed;
-        // One that finds no room comes faster than anything can follow.
-        let _ = self.requests.enqueue(Request { tick, change });
+        self.requests.enqueue(Request { tick, change }).is_ok()
     }
 
     /// What this tick asks of the step port; `None` if no axis steps.

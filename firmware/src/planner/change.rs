@@ -16,6 +16,7 @@ use super::tempo::{Change, Request, Schedule, Tempo};
 use super::Planner;
 use crate::config::Config;
 use crate::interpolator::{PathState, PieceEnd};
+use crate::machine::Event;
 
 /// Shares of the limits a slowing down is tried with: whole ticks and joints on the way take some.
 const SHARES: [f32; 3] = [0.97, 0.85, 0.6];
@@ -157,16 +158,30 @@ impl Planner<'_> {
 
     fn take_change(&mut self, change: Change) {
         self.pace.wanted.apply(change);
-        if let Change::Starve(ticks) = change {
-            self.cut_supply(ticks);
+        match change {
+            Change::Starve(ticks) => self.cut_supply(ticks),
+            Change::Hold => self.hold(),
+            _ => {}
         }
         self.pace.again = self.planned;
+    }
+
+    /// What the interrupt was asked for that is the controller's business.
+    pub fn take_raised(&mut self) -> Option<Event> {
+        self.raised.take()
     }
 
     /// Takes in the requests that count from here on.
     pub(super) fn take_requests(&mut self) {
         while let Some(request) = self.requests.dequeue() {
-            self.schedule_request(request);
+            match request.change {
+                Change::Resume => {
+                    self.schedule.cancel_hold();
+                    self.raised = Some(Event::Resume);
+                }
+                Change::Reset => self.raised = Some(Event::Reset),
+                _ => self.schedule_request(request),
+            }
         }
         while let Some(change) = self.schedule.due(self.planned) {
             self.take_change(change);

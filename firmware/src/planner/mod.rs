@@ -21,6 +21,7 @@ use crate::config::Config;
 use crate::geometry::arc::{Driven, PathShape, ServoSegment, S_FRAC};
 use crate::interpolator::{widen, PathState, Piece, PieceEnd};
 use crate::machine::shared::Shared;
+use crate::machine::Event;
 use crate::units::Position;
 use ceiling::Branch;
 use change::Pace;
@@ -145,6 +146,8 @@ pub struct Planner<'a> {
     schedule: Schedule,
     pace: Pace,
     supply: Supply,
+    /// An event of the interrupt that the controller has not seen yet.
+    raised: Option<Event>,
     /// Running number of the oldest node.
     first: u32,
     /// Node the planned state is in.
@@ -178,6 +181,7 @@ impl<'a> Planner<'a> {
             schedule: Schedule::default(),
             pace: Pace::NEW,
             supply: Supply::NEW,
+            raised: None,
             first: 0,
             cursor: 0,
             pending: None,

@@ -45,7 +45,7 @@ impl Tempo {
         match change {
             Change::Feed(percent) => self.feed = percent.min(FEED_MAX),
             Change::Rapid(percent) => self.rapid = percent.min(RAPID_MAX),
-            Change::Starve(_) => {}
+            Change::Starve(_) | Change::Hold | Change::Resume | Change::Reset => {}
         }
     }
 
@@ -65,6 +65,12 @@ pub enum Change {
     Rapid(u8),
     /// For this many planned ticks, plan as if no further segments came.
     Starve(u32),
+    /// Come to rest on the path.
+    Hold,
+    /// For the controller.
+    Resume,
+    /// For the controller.
+    Reset,
 }
 
 /// A change and the tick of motion at which it was asked for.
@@ -90,6 +96,12 @@ impl Schedule {
         }
         // There is room now.
         let _ = self.waiting.push_back(request);
+    }
+
+    /// Takes back a hold that does not count yet.
+    pub(super) fn cancel_hold(&mut self) {
+        self.waiting
+            .retain(|request| request.change != Change::Hold);
     }
 
     /// Takes the next request that counts in a decision which begins at `planned`.

@@ -15,6 +15,7 @@ use micromath::F32;
 
 use super::servo::path_feed;
 use super::shared::Shared;
+use super::timetable::Standing;
 use super::{Event, Place, State};
 use crate::catalogue::machine as message;
 use crate::compensation::{Compensator, Output};
@@ -242,6 +243,18 @@ impl<'a> Controller<'a> {
         }
     }
 
+    /// Why the machine is at rest although there is work, if it is the operator's doing.
+    #[must_use]
+    pub fn standing(&self) -> Standing {
+        if self.waits_for_start() {
+            Standing::ProgramStop
+        } else if self.planner.is_barred() && self.planner.at_rest() && !self.is_idle() {
+            Standing::Barred
+        } else {
+            Standing::No
+        }
+    }
+
     /// True when every byte received has been worked off and the machine is at rest.
     ///
     /// With an error latched, text that waits is never worked off and does not count.
@@ -268,6 +281,9 @@ impl<'a> Controller<'a> {
         if self.status_due && self.wire.can_answer() {
             self.status_due = false;
             self.report_status();
+        }
+        if let Some(event) = self.planner.take_raised() {
+            self.event(event);
         }
         if self.reset != Reset::No {
             return self.advance_reset();
