@@ -35,12 +35,20 @@ pub enum Standing {
 }
 
 /// The clock.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub struct Clock {
     ticks: Tick,
     held: bool,
-    /// A row has resumed, and nothing has moved since.
+    /// Feed and rapid override of the rows so far, percent.
+    overrides: [u8; 2],
+    /// A row has let the machine go on, and nothing has moved since.
     starting: bool,
+}
+
+impl Default for Clock {
+    fn default() -> Self {
+        Self::new()
+    }
 }
 
 impl Clock {
@@ -50,11 +58,12 @@ impl Clock {
         Self {
             ticks: 0,
             held: false,
+            overrides: [100; 2],
             starting: false,
         }
     }
 
-    /// True if `row` acts now. Behind one that resumes, none does before the machine moves again.
+    /// True if `row` acts now. Behind one that lets the machine go on, none does before the machine moves again.
     #[must_use]
     pub fn is_due(&self, row: &Row) -> bool {
         !self.starting && row.tick <= self.ticks
@@ -62,14 +71,18 @@ impl Clock {
 
     /// `event` has acted.
     pub fn acted(&mut self, event: Event) {
+        let barred = self.overrides.contains(&0);
         match event {
             Event::Hold => self.held = true,
+            Event::Feed(percent) => self.overrides[0] = percent,
+            Event::Rapid(percent) => self.overrides[1] = percent,
             Event::Resume => {
                 self.held = false;
                 self.starting = true;
             }
             _ => {}
         }
+        self.starting |= barred && !self.overrides.contains(&0) && !self.held;
     }
 
     /// A servo tick is over; `next` is the row that acts next.

@@ -35,7 +35,7 @@ pub struct CurveLimits {
     /// Largest velocity.
     pub v: f32,
     /// What the axis has left, over q'.
-    pub(super) alpha: AxisVec,
+    alpha: AxisVec,
     /// q'' / q'.
     beta: AxisVec,
     /// Jerk of the axis over q'.

@@ -65,7 +65,7 @@ struct Pending {
     curve_v: f32,
     /// Velocity the program asks for.
     programmed_v: f32,
-    entry: Costs,
+    entry: JointCost,
 }
 
 impl Pending {
@@ -79,13 +79,6 @@ impl Pending {
         self.curve_v
             .min(self.programmed_v * (f32::from(percent) / 100.0))
     }
-}
-
-/// Costs of a joint at overrides up to 100 % and above.
-#[derive(Clone, Copy, Default)]
-struct Costs {
-    programmed: JointCost,
-    raised: JointCost,
 }
 
 /// The two verdicts on a joint.
@@ -117,13 +110,6 @@ impl Joints {
             }
         }
         Self { programmed, raised }
-    }
-
-    fn costs(&self) -> Costs {
-        Costs {
-            programmed: self.programmed.cost,
-            raised: self.raised.cost,
-        }
     }
 }
 
@@ -228,14 +214,14 @@ impl<'a> Planner<'a> {
             order,
             curve_v: velocity_limit(config, shape, length, f32::INFINITY, order.soft),
             programmed_v: (1.0 - ROUNDING) * programmed(config, shape, order.feed),
-            entry: Costs::default(),
+            entry: JointCost::default(),
         };
         if let Some(before) = self.pending.take() {
             if before.order.exact_stop || before.shape.rotary_only != shape.rotary_only {
                 self.complete(config, &before, &Joints::STOP);
             } else {
                 let joints = Joints::between(config, &before, &next);
-                next.entry = joints.costs();
+                next.entry = joints.raised.cost;
                 self.complete(config, &before, &joints);
             }
         }
@@ -248,7 +234,7 @@ impl<'a> Planner<'a> {
     fn complete(&mut self, config: &Config, segment: &Pending, joints: &Joints) {
         let Pending {
             length_q,
-            block,
+            block: _,
             shape,
             order,
             curve_v,
@@ -257,14 +243,9 @@ impl<'a> Planner<'a> {
         } = segment;
         let exit = &joints.programmed;
         let v = segment.velocity(100);
-        let costs = [entry.programmed, exit.cost];
+        // A joint that is passed faster at a higher override takes more of the acceleration: set aside for good.
+        let costs = [*entry, joints.raised.cost];
         let limits = curve_limits(config, shape, v, order.soft, &costs);
-        let raised = [entry.raised, joints.raised.cost];
-        let alpha = if raised == costs {
-            limits.alpha
-        } else {
-            curve_limits(config, shape, v, order.soft, &raised).alpha
-        };
         self.nodes.push(Node {
             length_q: *length_q,
             length: *length_q as f32 / (1_u64 << S_FRAC) as f32,
@@ -276,12 +257,10 @@ impl<'a> Planner<'a> {
             curve_v: *curve_v,
             programmed_v: *programmed_v,
             rapid: !order.feed.is_finite(),
-            block: *block,
             raised: false,
             other: Passing {
                 v: joints.raised.v,
                 j: joints.raised.j,
-                alpha,
             },
             start: Branch::REST,
         });

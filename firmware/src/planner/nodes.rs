@@ -3,7 +3,6 @@
 use super::ceiling::Branch;
 use super::limits::CurveLimits;
 use super::tempo::Passing;
-use crate::units::AXES;
 
 /// Segments the window can hold. A power of two; includes those already planned but not yet driven.
 pub const NODES: usize = 256;
@@ -31,9 +30,7 @@ pub struct Node {
     pub programmed_v: f32,
     /// Rapid motion: the rapid override counts.
     pub rapid: bool,
-    /// Text line it belongs to.
-    pub block: u32,
-    /// `exit_v`, `exit_j` and `limits` are those of a feed override above 100 %.
+    /// `exit_v` and `exit_j` are those of a feed override above 100 %.
     pub raised: bool,
     /// The same for the other range of overrides.
     pub other: Passing,
@@ -52,13 +49,8 @@ const EMPTY: Node = Node {
     curve_v: 0.0,
     programmed_v: 0.0,
     rapid: false,
-    block: 0,
     raised: false,
-    other: Passing {
-        v: 0.0,
-        j: 0.0,
-        alpha: [0.0; AXES],
-    },
+    other: Passing { v: 0.0, j: 0.0 },
     start: Branch::REST,
 };
 

@@ -8,6 +8,8 @@
 //! filter of first order with that time constant, instead of rushing to the end of each segment and braking there.
 //! Only a landing that has begun makes the stop final; a machine that comes to rest there was underrun.
 
+use core::sync::atomic::Ordering::Relaxed;
+
 use super::nodes;
 use super::{Planner, LEAD_TICKS};
 use crate::config::Config;
@@ -41,8 +43,8 @@ pub(super) struct Supply {
     /// Planned tick at which the ceiling was made, and the number of nodes known then.
     made: u32,
     known: u32,
-    /// Text line at whose end the motion rests because nothing followed.
-    underrun: Option<u32>,
+    /// The motion lands where it does because nothing followed.
+    underrun: bool,
     /// Number and text line of the node that a time-out made the last one while the machine moved.
     timed_out: Option<(u32, u32)>,
     cut: Option<Cut>,
@@ -54,7 +56,7 @@ impl Supply {
         taken: None,
         made: 0,
         known: 0,
-        underrun: None,
+        underrun: false,
         timed_out: None,
         cut: None,
     };
@@ -97,7 +99,7 @@ impl Planner<'_> {
 
     /// Makes sure of a ceiling over what lies ahead; `false` if the motion has to wait for segments.
     pub(super) fn cover(&mut self, executed: u32) -> bool {
-        if self.supply.underrun.is_some() {
+        if self.supply.underrun {
             return false;
         }
         if let Some(cut) = self.supply.cut {
@@ -182,8 +184,7 @@ impl Planner<'_> {
     pub(super) fn lands(&mut self, number: u32) {
         if self.supply.taken == Some(number) {
             self.supply.taken = None;
-            let index = number.wrapping_sub(self.first) as usize;
-            self.supply.underrun = Some(self.nodes.get(index).block);
+            self.supply.underrun = true;
         }
     }
 
@@ -199,9 +200,10 @@ impl Planner<'_> {
                 return Some(block);
             }
         }
-        if !self.at_rest() {
+        if !self.supply.underrun || !self.at_rest() {
             return None;
         }
-        self.supply.underrun.take()
+        self.supply.underrun = false;
+        Some(self.shared.block.load(Relaxed))
     }
 }

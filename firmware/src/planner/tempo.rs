@@ -11,7 +11,6 @@ use heapless::Deque;
 
 use super::nodes::Node;
 use super::LEAD_TICKS;
-use crate::units::AxisVec;
 
 /// Largest feed override, percent.
 pub const FEED_MAX: u8 = 200;
@@ -115,16 +114,13 @@ impl Schedule {
     }
 }
 
-/// What passing the joint at the end of a node allows, and what it leaves inside: one set for overrides up to 100 %,
-/// one for those above.
+/// What passing the joint at the end of a node allows: one set for overrides up to 100 %, one for those above.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Passing {
     /// Velocity over the joint.
     pub v: f32,
     /// Path jerk around it.
     pub j: f32,
-    /// Acceleration left to each axis inside, over q'.
-    pub alpha: AxisVec,
 }
 
 impl Node {
@@ -135,7 +131,6 @@ impl Node {
             self.raised = raised;
             core::mem::swap(&mut self.exit_v, &mut self.other.v);
             core::mem::swap(&mut self.exit_j, &mut self.other.j);
-            core::mem::swap(&mut self.limits.alpha, &mut self.other.alpha);
         }
         let percent = if self.rapid { tempo.rapid } else { tempo.feed };
         self.limits.v = self.velocity(percent).min(tempo.most);
