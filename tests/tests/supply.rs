@@ -70,7 +70,7 @@ fn a_supply_that_stalls_brings_the_machine_to_rest_on_the_path_and_it_goes_on() 
     let config = examples::machine().config;
     let text = dashes(700);
     let calm = drive(&config, &Script::new(&text));
-    for (line, pause) in [(250, 6000), (300, 30_000), (431, 5500)] {
+    for (line, pause) in [(250, 6000), (300, 30_000), (431, 9000)] {
         let run = streamed(&config, &text, |i| if i < line { 0 } else { 2500 + pause });
         holds(&config, &run, &calm);
         let said = underruns(&run);
