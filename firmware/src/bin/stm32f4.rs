@@ -151,9 +151,12 @@ mod app {
             }
             while controller.receive_free() > 0 {
                 let Some(byte) = ring_out.text() else { break };
-                controller.receive(byte);
+                if !side.is_deaf() {
+                    controller.receive(byte);
+                }
             }
             let more = controller.poll(now);
+            side.watch(controller);
             side.service();
             program_out.send_from(|| controller.transmit());
             if !more && ring_out.is_empty() {
@@ -193,6 +196,7 @@ mod app {
         if !motion.has_room() {
             return;
         }
+        motion.act(servo);
         servo.tick();
         let frame = servo.frame().filter(|_| clear);
         motion.play(frame, servo);

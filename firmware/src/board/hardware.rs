@@ -10,7 +10,7 @@ use super::pins::{self, Enables};
 use super::servo_timer::ServoTimer;
 use super::step_dma::{self, StepFault, StepPort, StepWatch};
 use super::usart::{ProgramOut, ProgramPort, TX_BYTES};
-use crate::machine::Servo;
+use crate::machine::{Controller, Servo};
 use crate::stepgen::port::PortBuffer;
 use crate::stepgen::StepFrame;
 
@@ -103,6 +103,9 @@ impl MotionPort {
         true
     }
 
+    /// There is no timetable.
+    pub fn act(&mut self, _servo: &mut Servo<'_>) {}
+
     /// Plays `frame`, or nothing, in the next tick.
     pub fn play(&mut self, frame: Option<&StepFrame>, _servo: &Servo<'_>) {
         self.steps.play(frame);
@@ -129,6 +132,15 @@ pub struct SidePort;
 impl SidePort {
     /// Nothing to do.
     pub fn service(&mut self) {}
+
+    /// Nothing here asks for it.
+    pub fn watch(&self, _controller: &Controller<'_>) {}
+
+    /// Text is always taken.
+    #[must_use]
+    pub fn is_deaf(&self) -> bool {
+        false
+    }
 
     /// Waits for the next interrupt.
     pub fn sleep(&mut self) {

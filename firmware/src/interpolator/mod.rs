@@ -16,6 +16,8 @@ pub enum PieceEnd {
     Continue,
     /// At rest at the end of the segment with this running number.
     StopAfter(u32),
+    /// At rest, wherever on the path that is.
+    StopHere,
 }
 
 /// A stretch of constant jerk, whole ticks long.

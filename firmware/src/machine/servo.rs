@@ -6,15 +6,16 @@
 
 use core::sync::atomic::Ordering::{Acquire, Relaxed, Release};
 
-use heapless::spsc::Consumer;
+use heapless::spsc::{Consumer, Producer};
 
 use super::shared::Shared;
-use super::Sample;
+use super::{Event, Sample};
 use crate::config::Config;
 use crate::interpolator::braking::{BrakeLimits, Braking};
 use crate::interpolator::motion::{Motion, Wide};
 use crate::interpolator::segment::{fine_scale, ServoSegment};
 use crate::interpolator::{widen, Piece, PieceEnd, T_FRAC};
+use crate::planner::tempo::{Change, Request};
 use crate::stepgen::{StepFrame, StepGenerator};
 use crate::units::{Phase, Steps, AXES};
 
@@ -45,6 +46,7 @@ const CRAWL: i128 = 1 << (T_FRAC - 9);
 pub struct Servo<'a> {
     segments: Consumer<'a, ServoSegment>,
     pieces: Consumer<'a, Piece>,
+    requests: Producer<'a, Request>,
     shared: &'a Shared,
     hz: f32,
     /// Phase units per unit of the fine coefficients.
@@ -74,12 +76,14 @@ impl<'a> Servo<'a> {
     pub(super) fn new(
         segments: Consumer<'a, ServoSegment>,
         pieces: Consumer<'a, Piece>,
+        requests: Producer<'a, Request>,
         shared: &'a Shared,
         config: &Config,
     ) -> Self {
         Self {
             segments,
             pieces,
+            requests,
             shared,
             hz: config.servo_hz as f32,
             scale: fine_scale(config),
@@ -121,6 +125,29 @@ impl<'a> Servo<'a> {
         }
         let executed = &self.shared.executed;
         executed.store(executed.load(Relaxed).wrapping_add(1), Release);
+    }
+
+    /// A request between two ticks. A hold acts with the next tick, and so does the one that a reset begins with. Any other
+    /// request carries the tick, so what comes of it does not depend on how far ahead the planner is. `false` if there is
+    /// no room for it yet. A fault is not for the interrupt to ask for.
+    pub fn request(&mut self, event: Event) -> bool {
+        let change = match event {
+            Event::Feed(percent) => Change::Feed(percent),
+            Event::Rapid(percent) => Change::Rapid(percent),
+            Event::Starve(ticks) => Change::Starve(ticks),
+            Event::Hold => {
+                self.shared.request_hold(true);
+                return true;
+            }
+            Event::Resume => Change::Resume,
+            Event::Reset => {
+                self.shared.request_hold(true);
+                Change::Reset
+            }
+            Event::Fault => return true,
+        };
+        let tick = self.shared.executed.load(Relaxed);
+        self.requests.enqueue(Request { tick, change }).is_ok()
     }
 
     /// What this tick asks of the step port; `None` if no axis steps.
@@ -336,9 +363,13 @@ impl<'a> Servo<'a> {
             self.enter();
         }
         if self.ticks == 0 && self.run == Run::Piece {
-            if let PieceEnd::StopAfter(last) = self.end {
-                self.stop_after(last);
-                return;
+            match self.end {
+                PieceEnd::StopAfter(last) => {
+                    self.stop_after(last);
+                    return;
+                }
+                PieceEnd::StopHere => self.motion.halt(),
+                PieceEnd::Continue => {}
             }
         }
         // Rounding may carry the motion over either end; the position stays inside.

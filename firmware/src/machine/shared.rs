@@ -90,4 +90,20 @@ impl Shared {
             hold: AtomicU32::new(0),
         }
     }
+
+    /// Asks for a hold, or takes it back. The interrupt answers one by a new generation, in the next tick or where it lands.
+    ///
+    /// Background and interrupt may both ask.
+    pub(crate) fn request_hold(&self, hold: bool) {
+        let next = |count: u32| ((count & 1 != 0) != hold).then(|| count.wrapping_add(1));
+        // Refused if that is what is asked for already.
+        let _ = self
+            .hold
+            .fetch_update(Ordering::Release, Ordering::Relaxed, next);
+    }
+
+    /// A hold was asked for and not yet taken back.
+    pub(crate) fn is_holding(&self) -> bool {
+        self.hold.load(Ordering::Relaxed) & 1 != 0
+    }
 }

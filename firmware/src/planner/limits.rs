@@ -23,7 +23,7 @@ const JOINT_SHARE: f32 = 0.7;
 /// (a step at the fraction f of a tick is seen as (1-f)^2/2, 1/2 + f - f^2 and f^2/2 in three successive ticks).
 const SAMPLED_STEP: f32 = 0.75;
 /// Room for rounding below every velocity limit.
-const ROUNDING: f32 = 5.0e-5;
+pub(super) const ROUNDING: f32 = 5.0e-5;
 /// A joint slower than this share of the feed becomes an exact stop.
 const STOP_SHARE: f32 = 0.02;
 

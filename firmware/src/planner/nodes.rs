@@ -2,6 +2,7 @@
 
 use super::ceiling::Branch;
 use super::limits::CurveLimits;
+use super::tempo::Passing;
 
 /// Segments the window can hold. A power of two; includes those already planned but not yet driven.
 pub const NODES: usize = 256;
@@ -23,6 +24,16 @@ pub struct Node {
     pub stop: bool,
     /// Limited in acceleration, not in jerk.
     pub brisk: bool,
+    /// Velocity the curve itself allows.
+    pub curve_v: f32,
+    /// Velocity the program asks for: the feed, in rapid motion that of the fastest axis.
+    pub programmed_v: f32,
+    /// Rapid motion: the rapid override counts.
+    pub rapid: bool,
+    /// `exit_v` and `exit_share` are those of a feed override above 100 %.
+    pub raised: bool,
+    /// The same for the other range of overrides.
+    pub other: Passing,
     /// State of the ceiling at its start.
     pub start: Branch,
 }
@@ -35,6 +46,11 @@ const EMPTY: Node = Node {
     exit_share: 1.0,
     stop: true,
     brisk: false,
+    curve_v: 0.0,
+    programmed_v: 0.0,
+    rapid: false,
+    raised: false,
+    other: Passing { v: 0.0, share: 1.0 },
     start: Branch::REST,
 };
 

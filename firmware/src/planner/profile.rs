@@ -52,9 +52,9 @@ const GENTLE: f32 = 0.04;
 const PEAK: f32 = 0.04;
 
 /// What rounding may leave of a velocity or an acceleration of zero.
-const FINE: i128 = 1 << (T_FRAC - 42);
+pub(super) const FINE: i128 = 1 << (T_FRAC - 42);
 
-const UNIT: f32 = (1_u128 << T_FRAC) as f32;
+pub(super) const UNIT: f32 = (1_u128 << T_FRAC) as f32;
 
 /// The window and the state at the end of what has been planned.
 pub struct View<'a> {
@@ -104,7 +104,7 @@ impl View<'_> {
     ///
     /// The differences of a tick belong to places between ticks: acceleration to the tick before, velocity to half a tick
     /// before. All of it together is the motion one tick ago, on the same curve.
-    fn motion(&self) -> Motion {
+    pub(super) fn motion(&self) -> Motion {
         let left = widen(self.nodes.get(self.cursor).length_q) - self.state.s + self.state.v;
         let a = self.state.a as f32 / UNIT * self.hz * self.hz;
         Motion {
@@ -498,7 +498,7 @@ impl View<'_> {
 
     /// Runs `phases`; the state at their end and the node it lies in, or `None` if a limit breaks on the way.
     /// Does not go beyond node `last`.
-    fn follow(&self, phases: &Phases, last: usize) -> Option<(PathState, usize)> {
+    pub(super) fn follow(&self, phases: &Phases, last: usize) -> Option<(PathState, usize)> {
         const CHUNK: u32 = 8;
         let jerk_scale = self.hz * self.hz * self.hz / UNIT;
         let mut state = self.state;

@@ -15,6 +15,7 @@ use micromath::F32;
 
 use super::servo::path_feed;
 use super::shared::Shared;
+use super::timetable::Standing;
 use super::{Event, Place, State};
 use crate::catalogue::machine as message;
 use crate::compensation::{Compensator, Output};
@@ -23,8 +24,9 @@ use crate::geometry::arc::ArcSplitter;
 use crate::geometry::travel::TravelBounds;
 use crate::geometry::{GeometryErrorKind, SegmentBuilder};
 use crate::nc::{Auxiliary, Command, Interpreter};
+use crate::planner::tempo::{Change, FEED_MAX};
 use crate::planner::{Planner, SegmentOrder};
-use crate::protocol::{classify, report, Incoming, Wire};
+use crate::protocol::{report, Incoming, Sorter, Wire};
 use crate::units::{Nano, Position, Steps, Tick, AXES, NANO_PER_UNIT};
 
 /// Commands one line can give.
@@ -89,6 +91,7 @@ pub struct Controller<'a> {
     /// A line has been taken and not yet answered.
     answer_due: bool,
     wire: Wire,
+    sorter: Sorter,
     status_due: bool,
     banner_due: bool,
     /// An error or fault latched.
@@ -129,6 +132,7 @@ impl<'a> Controller<'a> {
             standstill: None,
             answer_due: false,
             wire: Wire::new(),
+            sorter: Sorter::new(),
             status_due: false,
             banner_due: true,
             alarm: false,
@@ -144,7 +148,7 @@ impl<'a> Controller<'a> {
     /// One byte from the wire. Real-time bytes act at once and never take buffer space.
     #[inline]
     pub fn receive(&mut self, byte: u8) {
-        match classify(byte) {
+        match self.sorter.sort(byte) {
             Incoming::Text => {
                 self.received = true;
                 self.wire.receive(byte);
@@ -159,6 +163,10 @@ impl<'a> Controller<'a> {
         match incoming {
             Incoming::Event(event) => self.event(event),
             Incoming::Status => self.status_due = true,
+            Incoming::FeedBy(percent) => {
+                let asked = i16::from(self.planner.tempo().feed) + i16::from(percent);
+                self.event(Event::Feed(asked.clamp(0, FEED_MAX.into()) as u8));
+            }
             Incoming::Text | Incoming::Nothing => {}
         }
     }
@@ -204,6 +212,9 @@ impl<'a> Controller<'a> {
                 self.standstill = None;
                 self.answer_due = false;
             }
+            Event::Feed(percent) => self.planner.request(Change::Feed(percent)),
+            Event::Rapid(percent) => self.planner.request(Change::Rapid(percent)),
+            Event::Starve(ticks) => self.planner.request(Change::Starve(ticks)),
             Event::Fault => {
                 self.shared.fault.store(true, Release);
                 self.alarm = true;
@@ -225,8 +236,22 @@ impl<'a> Controller<'a> {
             State::Hold
         } else if self.is_idle() {
             State::Idle
+        } else if self.planner.is_barred() {
+            State::Hold
         } else {
             State::Run
+        }
+    }
+
+    /// Why the machine is at rest although there is work, if it is the operator's doing.
+    #[must_use]
+    pub fn standing(&self) -> Standing {
+        if self.waits_for_start() {
+            Standing::ProgramStop
+        } else if self.planner.is_barred() && self.planner.at_rest() && !self.is_idle() {
+            Standing::Barred
+        } else {
+            Standing::No
         }
     }
 
@@ -257,6 +282,9 @@ impl<'a> Controller<'a> {
             self.status_due = false;
             self.report_status();
         }
+        if let Some(event) = self.planner.take_raised() {
+            self.event(event);
+        }
         if self.reset != Reset::No {
             return self.advance_reset();
         }
@@ -266,6 +294,13 @@ impl<'a> Controller<'a> {
         if self.banner_due && self.wire.can_answer() {
             self.banner_due = false;
             self.say(format_args!("{}", report::BANNER));
+        }
+        if self.wire.can_answer() {
+            if let Some(line) = self.planner.take_underrun() {
+                self.say(format_args!(
+                    "[MSG:warning UNDERRUN line {line}: no further blocks in time, at rest on the path]\r\n"
+                ));
+            }
         }
         // Planning first: the interrupt must never wait for text.
         if self.planner.advance(self.config) {
@@ -329,7 +364,7 @@ impl<'a> Controller<'a> {
         }
         if self.planner.has_pending() {
             if self.planner.is_starved() {
-                self.planner.flush(self.config);
+                self.planner.time_out(self.config);
                 return true;
             }
             return false;
@@ -575,6 +610,10 @@ impl<'a> Controller<'a> {
                 .round()
                 .0 as u32,
             block: self.shared.block.load(Relaxed),
+            overrides: {
+                let tempo = self.planner.tempo();
+                [tempo.feed, tempo.rapid]
+            },
         };
         let config = self.config;
         // The report fits: `can_answer` was checked.
