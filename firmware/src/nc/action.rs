@@ -44,7 +44,11 @@ impl Block {
             }
             Action::Special(special) => self.special = Some(Placed::new(word, special)),
             Action::ExactStopOnce => self.exact_stop = true,
-            Action::ExactStop(on) => self.modal.exact_stop = on,
+            Action::ExactStop => self.modal.exact_stop = true,
+            Action::Continuous(smoothing) => {
+                self.modal.exact_stop = false;
+                self.modal.smoothing = smoothing;
+            }
             Action::Inch(on) => self.modal.inch = on,
             Action::Absolute(on) => self.modal.absolute = on,
             Action::Begin(condition) => self.modal.begin = condition,
@@ -138,6 +142,8 @@ impl Block {
                     *entry = number;
                 }
             }
+            Action::Distance => self.adis = Some(Placed::new(word, number)),
+            Action::RapidDistance => self.adispos = Some(Placed::new(word, number)),
             Action::HostOnly => return Err(fault(&message::HOST_ONLY)),
             _ => return Err(fault(&message::SPINDLE_FEEDBACK)),
         }
