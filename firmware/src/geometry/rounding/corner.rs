@@ -54,6 +54,8 @@ struct Legs {
     most: [f32; 2],
     /// Change of dq/ds.
     turn: AxisVec,
+    /// Cosine of the turn over the axes that count.
+    cosine: f32,
 }
 
 impl Corner {
@@ -77,7 +79,8 @@ impl Corner {
         let turn: AxisVec = core::array::from_fn(|a| t1[a] - t0[a]);
         // Written so that what is not a number is no corner.
         let bent = turn.iter().any(|by| by.abs() > TANGENT);
-        if !bent || !(before.counts.dot(&t0, &t1) > REVERSAL) {
+        let cosine = before.counts.dot(&t0, &t1);
+        if !bent || !(cosine > REVERSAL) {
             return None;
         }
         let legs = Legs {
@@ -85,6 +88,7 @@ impl Corner {
             behind,
             most: [held.share, HALF],
             turn,
+            cosine,
         };
         legs.round(config, path.rounding)
     }
@@ -115,7 +119,7 @@ impl Legs {
                 before.0.spot(config, corner, distances[0], before.1)?,
                 behind.0.spot(config, corner, distances[1], behind.1)?,
             ];
-            let blend = Blend::new(shape, &spots[0], &spots[1]);
+            let blend = Blend::new(&self.before.counts, shape, &spots[0], &spots[1]);
             if lines || self.stays(config, rounding, &blend, &spots) {
                 let [first, last] = &spots;
                 return Some(Corner {
@@ -143,7 +147,7 @@ impl Legs {
             Rounding::None => return None,
             Rounding::Distance(distance) => distance,
             Rounding::Tolerance => {
-                let sag = sag(shape, 1.0, 1.0);
+                let sag = sag(shape, 1.0, 1.0, self.cosine);
                 let mut limit = f32::MAX;
                 for (axis, by) in config.axes.iter().zip(&self.turn) {
                     // An axis that does not turn only gives its rounding away.
@@ -161,6 +165,7 @@ impl Legs {
                 limit.min((1.0 - SLIVER) * room)
             }
         };
+        // Where one is less, the other gives no more than it would to its like: uneven distances keep the tolerance, too.
         let [before, behind] = room.map(|room| fit(limit, room));
         Some([
             fit(before.min(RATIO * behind), room[0]),
