@@ -16,6 +16,8 @@ use crate::units::AXES;
 const WEIGHT_MAX: i64 = 30_000;
 /// Most turns of `TURN`.
 const TURNS_MAX: u32 = 999;
+/// Largest `ADIS`, `ADISPOS`, mm or inch.
+const DISTANCE_MAX: f32 = 1000.0;
 /// `G06.2` in tenths.
 const NURBS: i64 = 62;
 
@@ -142,8 +144,17 @@ impl Block {
                     *entry = number;
                 }
             }
-            Action::Distance => self.adis = Some(Placed::new(word, number)),
-            Action::RapidDistance => self.adispos = Some(Placed::new(word, number)),
+            Action::Distance | Action::RapidDistance => {
+                let distance = number.to_f32();
+                if !(0.0..=DISTANCE_MAX).contains(&distance) {
+                    return Err(fault(&message::OUT_OF_RANGE));
+                }
+                if action == Action::Distance {
+                    self.adis = Some(distance);
+                } else {
+                    self.adispos = Some(distance);
+                }
+            }
             Action::HostOnly => return Err(fault(&message::HOST_ONLY)),
             _ => return Err(fault(&message::SPINDLE_FEEDBACK)),
         }

@@ -77,9 +77,9 @@ pub(super) struct Block {
     pub degree: Option<Placed<u8>>,
     /// `PL`.
     pub interval: Option<Placed<Decimal>>,
-    /// `ADIS`, `ADISPOS`.
-    pub adis: Option<Placed<Decimal>>,
-    pub adispos: Option<Placed<Decimal>>,
+    /// `ADIS`, `ADISPOS`, as printed.
+    pub adis: Option<f32>,
+    pub adispos: Option<f32>,
     /// Coefficients in the list `k`, old and new.
     pub k_count: usize,
     /// Axes (and [`super::modal::DENOMINATOR`]) with coefficients of `POLY`, old and new.

@@ -298,7 +298,7 @@ impl Interpreter {
     ) -> Result<(), Fault> {
         self.settle_degree(block)?;
         let mounted = self.settle_tool(block)?;
-        settle_distances(block)?;
+        settle_distances(block);
         if let Some(special) = block.special {
             return self.special(config, block, special, mounted, emit);
         }

@@ -4,15 +4,12 @@
 use super::block::Block;
 use super::error::Fault;
 use super::frames::COORDINATE_MAX;
-use super::modal::Placed;
 use super::number::Decimal;
 use crate::catalogue::nc as message;
 use crate::units::Nano;
 
 /// Largest `F`, per minute.
 const FEED_MAX: f32 = 1.0e6;
-/// Largest `ADIS`, `ADISPOS`, mm.
-const DISTANCE_MAX: f32 = 1000.0;
 /// Largest `S`, rpm.
 const SPEED_MAX: f32 = 1.0e6;
 /// Longest dwell, milliseconds.
@@ -45,28 +42,15 @@ pub(super) fn coordinate(value: Decimal, inch: bool) -> Option<Nano> {
 }
 
 /// `ADIS`, `ADISPOS`: modal distances in mm; inch counts.
-///
-/// # Errors
-/// A distance below zero or above [`DISTANCE_MAX`].
 #[inline]
-pub(super) fn settle_distances(block: &mut Block) -> Result<(), Fault> {
+pub(super) fn settle_distances(block: &mut Block) {
     let factor = if block.modal.inch { 25.4 } else { 1.0 };
-    for (word, length, rapid) in [(block.adis, 4, false), (block.adispos, 7, true)] {
-        let Some(Placed { at, value }) = word else {
-            continue;
-        };
-        let distance = value.to_f32() * factor;
-        // -0 is none; NaN cannot be printed
-        if !(0.0..=DISTANCE_MAX).contains(&distance) {
-            return Err(Fault::new(at, length, &message::OUT_OF_RANGE));
-        }
-        if rapid {
-            block.modal.rapid_distance = distance;
-        } else {
-            block.modal.distance = distance;
-        }
+    if let Some(distance) = block.adis {
+        block.modal.distance = distance * factor;
     }
-    Ok(())
+    if let Some(distance) = block.adispos {
+        block.modal.rapid_distance = distance * factor;
+    }
 }
 
 /// `F` as feed: units per minute to units per second.
