@@ -48,7 +48,9 @@ fn run(config: &Config, text: &str) -> Run {
 /// vertex, mm.
 fn off(vertices: &[Vertex], place: &Point, scale: &Point) -> (f64, f64) {
     let measure = |p: &Point| {
-        (0..AXES).map(|a| (p[a] - place[a]).abs() / scale[a]).fold(0.0, f64::max)
+        (0..AXES)
+            .map(|a| (p[a] - place[a]).abs() / scale[a])
+            .fold(0.0, f64::max)
     };
     let mut nearest = f64::INFINITY;
     for pair in vertices.windows(2) {
@@ -76,7 +78,11 @@ fn off(vertices: &[Vertex], place: &Point, scale: &Point) -> (f64, f64) {
 /// The places of a run from its first vertex on, every `every`th tick.
 fn places(config: &Config, run: &Run, every: usize) -> Vec<Point> {
     // line 4 leads to the first vertex
-    let ticks = run.ticks.iter().filter(|tick| tick.block > 4).step_by(every);
+    let ticks = run
+        .ticks
+        .iter()
+        .filter(|tick| tick.block > 4)
+        .step_by(every);
     ticks.map(|tick| laws::place(config, tick)).collect()
 }
 
@@ -92,12 +98,19 @@ fn a_polygon_is_faster_with_rounded_corners_and_rounds_no_more_than_asked() {
     let exact = run(&config, &program("G64", &vertices));
     for adis in [0.5, 2.0, 5.0] {
         let rounded = run(&config, &program(&format!("G641 ADIS={adis}"), &vertices));
-        println!("ADIS {adis}: {} ticks, G64 {}", rounded.moving(), exact.moving());
+        println!(
+            "ADIS {adis}: {} ticks, G64 {}",
+            rounded.moving(),
+            exact.moving()
+        );
         assert!(rounded.moving() < exact.moving(), "ADIS {adis}");
         ends_on(&rounded, &vertices[12]);
         for place in places(&config, &rounded, 5) {
             let (path, corner) = off(&vertices, &place, &[1.0; AXES]);
-            assert!(path < 2e-5 || corner < adis + 1e-4, "{place:?} {path} {corner}");
+            assert!(
+                path < 2e-5 || corner < adis + 1e-4,
+                "{place:?} {path} {corner}"
+            );
             // a corner of 30 degrees cannot be cut by more than its triangle is high
             assert!(path < 0.26 * adis, "{place:?} {path}");
         }
@@ -114,7 +127,11 @@ fn every_axis_keeps_its_tolerance_rotary_ones_too() {
         let vertices = polygon(sides, 20.0, swing);
         let exact = run(&config, &program("G64", &vertices));
         let rounded = run(&config, &program("G642", &vertices));
-        println!("{sides}, {swing}: {} ticks, G64 {}", rounded.moving(), exact.moving());
+        println!(
+            "{sides}, {swing}: {} ticks, G64 {}",
+            rounded.moving(),
+            exact.moving()
+        );
         assert!(rounded.moving() < exact.moving(), "{sides}");
         ends_on(&rounded, vertices.last().unwrap());
         let most = places(&config, &rounded, 3)
@@ -158,8 +175,15 @@ fn how_the_text_arrives_makes_no_difference() {
         let text = program(header, &polygon(40, 15.0, 0.02));
         let whole = run(&config, &text);
         for seed in 1..=3 {
-            let sender = Sender::Bursts { seed, bytes: 60, gap: 10 };
-            let script = Script { sender, ..Script::new(&text) };
+            let sender = Sender::Bursts {
+                seed,
+                bytes: 60,
+                gap: 10,
+            };
+            let script = Script {
+                sender,
+                ..Script::new(&text)
+            };
             let parted = drive(&config, &script);
             assert_eq!(parted.digest, whole.digest, "{header}, seed {seed}");
         }

@@ -22,7 +22,8 @@
 //! the beginning of the line if it has none.
 
 use super::command::{
-    BoundaryCondition, Command, Cutter, FeedType, Motion, Move, Side, SplineKind, SplineSpec, Rounding,
+    BoundaryCondition, Command, Cutter, FeedType, Motion, Move, Rounding, Side, SplineKind,
+    SplineSpec,
 };
 use crate::catalogue::{dialect, nc, Message};
 use crate::units::{Nano, AXES};

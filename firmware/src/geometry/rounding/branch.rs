@@ -92,8 +92,8 @@ impl Branch {
         let (s0, s1) = (&segment.slope_start, &segment.slope_end);
         let size = |v: &AxisVec| v.iter().fold(0.0_f32, |most, x| most.max(x.abs()));
         let close = STRAIGHT * size(&by);
-        let straight = (0..AXES)
-            .all(|a| (s0[a] - by[a]).abs() <= close && (s1[a] - by[a]).abs() <= close);
+        let straight =
+            (0..AXES).all(|a| (s0[a] - by[a]).abs() <= close && (s1[a] - by[a]).abs() <= close);
         let bend = |near: &AxisVec, far: &AxisVec, sign: f32| {
             [
                 near.map(|value| sign * value),
@@ -111,7 +111,10 @@ impl Branch {
         let mut extent = [0.0_f32; 2];
         for a in 0..AXES {
             let kind = usize::from(config.axes[a].kind == AxisKind::Rotary);
-            extent[kind] = extent[kind].max(by[a].abs()).max(s0[a].abs()).max(s1[a].abs());
+            extent[kind] = extent[kind]
+                .max(by[a].abs())
+                .max(s0[a].abs())
+                .max(s1[a].abs());
         }
         let [linear, rotary] = extent;
         let in_degrees = rotary > ROTARY_RATIO * linear;
@@ -170,7 +173,10 @@ impl Branch {
             return w;
         }
         for _ in 0..STEPS {
-            let speed = self.counts.norm(&self.slope(w)).max(LEAST_SPEED * self.length);
+            let speed = self
+                .counts
+                .norm(&self.slope(w))
+                .max(LEAST_SPEED * self.length);
             w = (w - (self.distance(w) - distance) / speed).clamp(0.0, most);
         }
         // Never further than asked for, whatever Newton did.
@@ -220,8 +226,7 @@ impl Branch {
         let second: AxisVec = core::array::from_fn(|a| 2.0 * c2[a] + 6.0 * w * c3[a]);
         // d2q/ds2 = (R'' - R' (R' R'') / |R'|^2) / |R'|^2, the same in either direction
         let along = self.counts.dot(&slope, &second) / square;
-        let curvature =
-            core::array::from_fn(|a| (second[a] - slope[a] * along) / square);
+        let curvature = core::array::from_fn(|a| (second[a] - slope[a] * along) / square);
         let spot = Spot {
             at,
             from,

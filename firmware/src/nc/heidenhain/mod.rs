@@ -28,7 +28,7 @@ mod words;
 
 use super::command::{
     Arc, Auxiliary, Centre, Command, Corner, Cutter, FeedReference, FeedType, Motion, Move, Plane,
-    Side, Rounding,
+    Rounding, Side,
 };
 use super::error::{Excerpt, Fault};
 use super::modal::Tool;

@@ -100,7 +100,7 @@ fn g641_rounds_by_adis_or_adispos_and_g642_by_tolerance_until_another_of_their_g
         // inch counts for both
         ("F60 G641 G70 ADIS=1 ADISPOS=2 X1\nG0 X2", vec![by(25.4), by(50.8)]),
         // splines, circles, polynomials and G6 alike
-        ("F60 G641 ADIS=1\nASPLINE X1 Y1\nG2 X2 I0.5\nPOLY PO[X]=(3)\nG6 X4 I1\nK0\nK0\nK-268435456", 
+        ("F60 G641 ADIS=1\nASPLINE X1 Y1\nG2 X2 I0.5\nPOLY PO[X]=(3)\nG6 X4 I1\nK0 K0 K-268435456", 
             vec![by(1.0); 4]),
         // of one program only
         ("F60 G641 ADIS=1 X1\nM30\nF60 G641 X2", vec![by(1.0), none]),
