@@ -159,7 +159,7 @@ impl<'a> Road<'a> {
     }
 
     fn drive_rounded(&mut self) -> Result<(), Complaint> {
-        while let Some(next) = self.rounder.next() {
+        while let Some(next) = self.rounder.pop() {
             self.drive(&next)?;
         }
         Ok(())

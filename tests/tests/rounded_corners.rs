@@ -30,7 +30,7 @@ fn program(header: &str, vertices: &[Vertex]) -> String {
 fn polygon(sides: u32, radius: f64, swing: f64) -> Vec<Vertex> {
     let vertex = |k: u32| {
         let angle = std::f64::consts::TAU * f64::from(k % sides) / f64::from(sides);
-        let c = if k % 2 == 0 { 0.0 } else { swing };
+        let c = if k.is_multiple_of(2) { 0.0 } else { swing };
         [radius * angle.cos(), radius * angle.sin(), c].map(|v| (v * 1e3).round() as i32)
     };
     (0..=sides).map(vertex).collect()
@@ -146,7 +146,7 @@ fn stops_are_met_exactly_between_rounded_corners() {
     let text = "G54 G90 G1 F3000 G641 ADIS=1 ADISPOS=1\nX5\nY5 G9\nX0\nM5\nY10\nG4 F0.02\nX5\nG0 Y15\nG1 X0\nM30\n";
     let run = run(&config, text);
     let passed = |x: i64, y: i64| {
-        let (x, y) = (x * 1000 << 32, y * 1000 << 32);
+        let (x, y) = ((x * 1000) << 32, (y * 1000) << 32);
         run.ticks.iter().any(|tick| tick.commanded[..2] == [x, y])
     };
     for (x, y) in [(5, 5), (0, 5), (0, 10)] {

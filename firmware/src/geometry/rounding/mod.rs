@@ -81,7 +81,7 @@ impl Rounder {
         next.rounding == Rounding::None && !self.has_pending()
     }
 
-    /// Takes the next segment of the path. [`Rounder::next`] must have been called until it gave `None`.
+    /// Takes the next segment of the path. [`Rounder::pop`] must have been called until it gave `None`.
     #[inline(never)]
     pub fn push(&mut self, config: &Config, next: &PathSegment) {
         let mut path = *next;
@@ -119,14 +119,14 @@ impl Rounder {
     }
 
     /// Next segment in path order; `None` if it takes another one, or the end of the path, to know it.
-    pub fn next(&mut self) -> Option<PathSegment> {
+    pub fn pop(&mut self) -> Option<PathSegment> {
         self.out.pop_front()
     }
 
     /// The path ends here for now (standstill, program end, time-out): what was held back goes to its programmed end.
     ///
     /// With `stop`, the path rests there. Says where that is if anything was held back; all else has been handed out or
-    /// waits for [`Rounder::next`].
+    /// waits for [`Rounder::pop`].
     pub fn finish(&mut self, stop: bool) -> Option<Position> {
         let mut held = self.held.take()?;
         held.path.exact_stop |= stop;

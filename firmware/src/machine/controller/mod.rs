@@ -281,7 +281,7 @@ impl<'a> Controller<'a> {
         if !self.splitter.is_empty() {
             return self.split();
         }
-        if let Some(next) = self.rounder.next() {
+        if let Some(next) = self.rounder.pop() {
             return self.accept_segment(&next);
         }
         if let Some((command, wait)) = self.standstill {
