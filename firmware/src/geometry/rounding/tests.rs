@@ -253,7 +253,8 @@ proptest! {
         let program = polyline(&points, Rounding::Distance(adis));
         let out = round(&config(), &program);
         for at in trace(&out, 10) {
-            if deviation(&points, &at, &[1.0; AXES]) < 1.0e-6 {
+            // Places are f32 relative to the corner, up to 60 degrees away: 4e-6.
+            if deviation(&points, &at, &[1.0; AXES]) < 1.0e-5 {
                 continue;
             }
             let near = (1..points.len() - 1).any(|k| {
