@@ -271,6 +271,11 @@ proptest! {
         legs in prop::collection::vec(leg(), 2..6),
         bends in prop::collection::vec(prop::array::uniform2(-1.0..1.0_f64), 6),
     ) {
+        // Legs of more than twice the distance: no joint takes all there is, so that every corner stands alone.
+        let legs: Vec<Point> = legs
+            .iter()
+            .map(|leg| leg.map(|value| value * (1.0 + 2.0 / linear(leg))))
+            .collect();
         let program = mixed(&vertices(&legs), &bends, Rounding::Distance(0.8));
         let out = round(&config(), &program);
         for pair in out.windows(2) {
