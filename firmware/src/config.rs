@@ -84,6 +84,8 @@ pub struct AxisConfig {
     pub j_max: f32,
     /// Velocity step allowed at a corner under `G64`, mm/s or degree/s; 0 asks for an exact stop.
     pub corner_step: f32,
+    /// Furthest this axis may leave the programmed path where `G642` rounds a corner, mm or degree; 0: corners stay.
+    pub rounding_tolerance: f32,
     /// Lower end of travel, machine coordinates.
     pub travel_min: Nano,
     /// Upper end of travel, machine coordinates.
@@ -216,6 +218,7 @@ pub(crate) mod tests {
             a_max: 5000.0,
             j_max: 50_000.0,
             corner_step: 0.0,
+            rounding_tolerance: 0.01,
             travel_min: -half * NANO_PER_UNIT,
             travel_max: half * NANO_PER_UNIT,
         };

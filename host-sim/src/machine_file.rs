@@ -21,6 +21,8 @@ mod language;
 /// The TAJMAC-ZPS MCV 1210, in force unless `--machine` names another file.
 pub const BUILT_IN: &str = include_str!("../../machines/mcv1210.toml");
 
+/// `rounding_tolerance` of an axis that has none, mm or degree.
+const ROUNDING_TOLERANCE: f64 = 0.01;
 /// Name under which errors in the built-in file are shown.
 const BUILT_IN_NAME: &str = "machines/mcv1210.toml (built in)";
 
@@ -82,6 +84,8 @@ struct AxisToml {
     a_max: Spanned<f64>,
     j_max: Spanned<f64>,
     corner_step: Spanned<f64>,
+    #[serde(default)]
+    rounding_tolerance: Option<Spanned<f64>>,
     travel: Spanned<[f64; 2]>,
     #[serde(default)]
     zero_offset: Option<Spanned<language::ZeroOffsets>>,
@@ -337,6 +341,15 @@ impl Reader<'_> {
                 "expected 0 or more",
             ));
         }
+        let rounding_tolerance = raw.rounding_tolerance.as_ref();
+        let tolerance = rounding_tolerance.map_or(ROUNDING_TOLERANCE, |value| *value.get_ref());
+        if !(0.0..=10.0).contains(&tolerance) {
+            return Err(self.refuse(
+                rounding_tolerance.map_or_else(|| raw.travel.span(), Spanned::span),
+                "rounding_tolerance out of range",
+                "expected 0 to 10",
+            ));
+        }
         let [low, high] = *raw.travel.get_ref();
         // A NaN is no travel either.
         if low.partial_cmp(&high) != Some(Ordering::Less) {
@@ -354,6 +367,7 @@ impl Reader<'_> {
             a_max: self.positive(&raw.a_max, "a_max")? as f32,
             j_max: self.positive(&raw.j_max, "j_max")? as f32,
             corner_step: corner_step as f32,
+            rounding_tolerance: tolerance as f32,
             travel_min: self.nano(raw.travel.span(), low, steps_per_unit)?,
             travel_max: self.nano(raw.travel.span(), high, steps_per_unit)?,
         })

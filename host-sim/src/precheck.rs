@@ -12,6 +12,7 @@ use pentaspline::catalogue::{machine as message, Message};
 use pentaspline::compensation::{CompensationError, Compensator, Output};
 use pentaspline::config::Config;
 use pentaspline::geometry::arc::{ArcError, ArcSplitter};
+use pentaspline::geometry::rounding::Rounder;
 use pentaspline::geometry::travel::outside_travel;
 use pentaspline::geometry::{GeometryError, GeometryErrorKind, PathSegment, SegmentBuilder};
 use pentaspline::nc::{Command, Interpreter, NcError};
@@ -52,6 +53,7 @@ struct Road<'a> {
     config: &'a Config,
     builder: Box<SegmentBuilder>,
     compensator: Box<Compensator>,
+    rounder: Box<Rounder>,
     splitter: Box<ArcSplitter>,
 }
 
@@ -64,6 +66,7 @@ impl<'a> Road<'a> {
             config,
             builder: Box::new(SegmentBuilder::new(config, zero)),
             compensator,
+            rounder: Box::new(Rounder::new()),
             splitter: Box::new(ArcSplitter::new()),
         }
     }
@@ -101,7 +104,9 @@ impl<'a> Road<'a> {
         self.compensator
             .finish(self.config, &mut || {})
             .map_err(|error| wrong_offset(&error))?;
-        self.drain()
+        self.drain()?;
+        self.rounder.finish(true);
+        self.drive_rounded()
     }
 
     fn end_curve(&mut self) -> Result<(), Complaint> {
@@ -119,10 +124,14 @@ impl<'a> Road<'a> {
         loop {
             match self.compensator.next(self.config, &mut || {}) {
                 Ok(Some(Output::Segment(segment))) => {
-                    self.drive(&segment)?;
+                    self.round(&segment)?;
                     continue;
                 }
-                Ok(Some(Output::Command(_))) => continue,
+                Ok(Some(Output::Command(_))) => {
+                    self.rounder.finish(true);
+                    self.drive_rounded()?;
+                    continue;
+                }
                 Ok(None) => {}
                 Err(error) => return Err(wrong_offset(&error)),
             }
@@ -139,16 +148,37 @@ impl<'a> Road<'a> {
         }
     }
 
-    /// Travel and arc length of one segment of the tool's path.
-    fn drive(&mut self, next: &PathSegment) -> Result<(), Complaint> {
-        if let Some(axis) = outside_travel(self.config, &next.segment) {
+    /// Takes one segment of the tool's path on to its rounded corners.
+    fn round(&mut self, next: &PathSegment) -> Result<(), Complaint> {
+        if self.rounder.passes(next) {
+            return self.drive(next);
+        }
+        self.check_travel(next)?;
+        self.rounder.push(self.config, next);
+        self.drive_rounded()
+    }
+
+    fn drive_rounded(&mut self) -> Result<(), Complaint> {
+        while let Some(next) = self.rounder.pop() {
+            self.drive(&next)?;
+        }
+        Ok(())
+    }
+
+    fn check_travel(&self, next: &PathSegment) -> Result<(), Complaint> {
+        outside_travel(self.config, &next.segment).map_or(Ok(()), |axis| {
             let letter = char::from(self.config.axes[axis].letter);
-            return Err(wrong_segment(
+            Err(wrong_segment(
                 next.block,
                 &message::TRAVEL,
                 &letter.to_string(),
-            ));
-        }
+            ))
+        })
+    }
+
+    /// Travel and arc length of one segment of what is driven.
+    fn drive(&mut self, next: &PathSegment) -> Result<(), Complaint> {
+        self.check_travel(next)?;
         let refuse = |error| {
             let message = match error {
                 ArcError::Cusp => &message::INTERNAL,

@@ -21,6 +21,7 @@ mod line;
 mod polynomial;
 mod queue;
 mod rational;
+pub mod rounding;
 pub mod segment;
 mod singular;
 #[cfg(test)]

@@ -7,7 +7,7 @@ use super::error::{GeometryError, GeometryErrorKind};
 use super::fit;
 use super::segment::{HermiteSegment, PathSegment};
 use crate::config::Config;
-use crate::nc::command::{Cutter, FeedType, Motion, Move};
+use crate::nc::command::{Cutter, FeedType, Motion, Move, Rounding};
 use crate::units::{AxisVec, Position, AXES};
 
 /// Most segments that are made at a time: the last two cubics of an A-spline, each in three parts.
@@ -28,6 +28,8 @@ pub(super) struct Knot {
     pub exact_stop: bool,
     /// Jerk-limited on the way there.
     pub soft: bool,
+    /// What may become of the corner there.
+    pub rounding: Rounding,
     /// A point of a spline.
     pub spline: bool,
     /// Cutter compensation on the way there.
@@ -48,6 +50,7 @@ impl Knot {
             inverse: block.feed_type == FeedType::Inverse && block.motion != Motion::Rapid,
             exact_stop: block.exact_stop,
             soft: block.soft,
+            rounding: block.rounding,
             spline: matches!(block.motion, Motion::Spline(_)),
             cutter: block.cutter,
         }
@@ -62,6 +65,7 @@ impl Knot {
             inverse: false,
             exact_stop: false,
             soft: false,
+            rounding: Rounding::None,
             spline: false,
             cutter: Cutter::OFF,
         }
@@ -229,6 +233,7 @@ impl SegmentQueue {
             feed,
             exact_stop: end.exact_stop,
             soft: end.soft,
+            rounding: end.rounding,
             spline: end.spline,
             cutter: end.cutter,
         });

@@ -1,6 +1,6 @@
 //! The one curve type behind the geometry stage: a five-axis cubic in Hermite form.
 
-use crate::nc::command::Cutter;
+use crate::nc::command::{Cutter, Rounding};
 use crate::units::{AxisVec, Position};
 
 /// A cubic from `start` to `end`, parameter u in [0, 1].
@@ -33,6 +33,8 @@ pub struct PathSegment {
     pub exact_stop: bool,
     /// Jerk-limited (`SOFT`) rather than acceleration-limited (`BRISK`).
     pub soft: bool,
+    /// What may become of the corner at the end of this segment.
+    pub rounding: Rounding,
     /// Part of a spline: its points are programmed, the curve between them is the control's.
     pub spline: bool,
     /// Cutter compensation in force; done by the compensation stage.

@@ -16,6 +16,8 @@ use crate::units::AXES;
 const WEIGHT_MAX: i64 = 30_000;
 /// Most turns of `TURN`.
 const TURNS_MAX: u32 = 999;
+/// Largest `ADIS`, `ADISPOS`, mm or inch.
+const DISTANCE_MAX: f32 = 1000.0;
 /// `G06.2` in tenths.
 const NURBS: i64 = 62;
 
@@ -44,7 +46,11 @@ impl Block {
             }
             Action::Special(special) => self.special = Some(Placed::new(word, special)),
             Action::ExactStopOnce => self.exact_stop = true,
-            Action::ExactStop(on) => self.modal.exact_stop = on,
+            Action::ExactStop => self.modal.exact_stop = true,
+            Action::Continuous(smoothing) => {
+                self.modal.exact_stop = false;
+                self.modal.smoothing = smoothing;
+            }
             Action::Inch(on) => self.modal.inch = on,
             Action::Absolute(on) => self.modal.absolute = on,
             Action::Begin(condition) => self.modal.begin = condition,
@@ -136,6 +142,17 @@ impl Block {
                 self.tool_point |= bit;
                 if let Some(entry) = self.ijk.get_mut(usize::from(index)) {
                     *entry = number;
+                }
+            }
+            Action::Distance | Action::RapidDistance => {
+                let distance = number.to_f32();
+                if !(0.0..=DISTANCE_MAX).contains(&distance) {
+                    return Err(fault(&message::OUT_OF_RANGE));
+                }
+                if action == Action::Distance {
+                    self.adis = Some(distance);
+                } else {
+                    self.adispos = Some(distance);
                 }
             }
             Action::HostOnly => return Err(fault(&message::HOST_ONLY)),

@@ -77,6 +77,9 @@ pub(super) struct Block {
     pub degree: Option<Placed<u8>>,
     /// `PL`.
     pub interval: Option<Placed<Decimal>>,
+    /// `ADIS`, `ADISPOS`, as printed.
+    pub adis: Option<f32>,
+    pub adispos: Option<f32>,
     /// Coefficients in the list `k`, old and new.
     pub k_count: usize,
     /// Axes (and [`super::modal::DENOMINATOR`]) with coefficients of `POLY`, old and new.
@@ -155,6 +158,8 @@ impl Block {
             weight: None,
             degree: None,
             interval: None,
+            adis: None,
+            adispos: None,
             k_count: before.k_count,
             polynomial: before.polynomial,
             polynomial_at: None,

@@ -183,6 +183,19 @@ pub enum FeedType {
     Inverse,
 }
 
+/// How the corner behind a block is rounded (G-group 10).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Rounding {
+    /// Not at all: `G60`, `G64`, or `G641` without a distance.
+    #[default]
+    None,
+    /// `G641`: the path leaves the block at most this far before its end, and joins the next at most this far behind it; mm
+    /// of path, or degree where no linear axis moves. Greater than zero.
+    Distance(f32),
+    /// `G642`: no axis leaves the programmed path by more than its [`crate::config::AxisConfig::rounding_tolerance`].
+    Tolerance,
+}
+
 /// System 800 `G6` block: a cubic per axis, printed with the parameter running from `length` down to 0
 /// (shared facts 1: `P(i) = end + K1/2^28 i + K2*1e3/2^41 i^2 + K3*1e6/2^53 i^3` in mm).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -228,6 +241,8 @@ pub struct Move {
     pub exact_stop: bool,
     /// `SOFT` (jerk-limited) rather than `BRISK` (acceleration-limited).
     pub soft: bool,
+    /// `G641`, `G642`: what may become of the corner at the end point. Means nothing beside `exact_stop`.
+    pub rounding: Rounding,
     /// Cutter radius compensation; the geometry stage hands it on.
     pub cutter: Cutter,
 }

@@ -22,7 +22,8 @@
 //! the beginning of the line if it has none.
 
 use super::command::{
-    BoundaryCondition, Command, Cutter, FeedType, Motion, Move, Side, SplineKind, SplineSpec,
+    BoundaryCondition, Command, Cutter, FeedType, Motion, Move, Rounding, Side, SplineKind,
+    SplineSpec,
 };
 use crate::catalogue::{dialect, nc, Message};
 use crate::units::{Nano, AXES};
@@ -72,6 +73,7 @@ struct Held {
     feed_type: FeedType,
     exact_stop: bool,
     soft: bool,
+    rounding: Rounding,
 }
 
 /// What has come of a curve.
@@ -215,6 +217,7 @@ impl Nurbs {
                 feed_type: held.feed_type,
                 exact_stop: held.exact_stop,
                 soft: held.soft,
+                rounding: held.rounding,
                 cutter: Cutter::OFF,
             }));
         }
@@ -228,6 +231,7 @@ impl Nurbs {
                 feed_type: template.feed_type,
                 exact_stop: template.exact_stop,
                 soft: template.soft,
+                rounding: template.rounding,
             });
         }
         curve.knot = knot;

@@ -1,7 +1,7 @@
 //! `G6` blocks, whose K words may stand on lines of their own: a block waits here until it has all of them.
 
 use super::block::Block;
-use super::command::{Command, CubicBlock, Cutter, FeedType, Motion, Move};
+use super::command::{Command, CubicBlock, Cutter, FeedType, Motion, Move, Rounding};
 use super::error::Fault;
 use super::interpreter::Interpreter;
 use super::tools::Mounted;
@@ -18,6 +18,7 @@ pub(super) struct Pending {
     feed_type: FeedType,
     exact_stop: bool,
     soft: bool,
+    rounding: Rounding,
     cutter: Cutter,
     order: [u8; AXES],
     axes: usize,
@@ -46,6 +47,7 @@ impl Interpreter {
             feed_type: motion.feed_type,
             exact_stop: motion.exact_stop,
             soft: motion.soft,
+            rounding: motion.rounding,
             cutter: motion.cutter,
             order: block.order,
             axes: block.axes,
@@ -90,6 +92,7 @@ impl Interpreter {
             feed_type: pending.feed_type,
             exact_stop: pending.exact_stop,
             soft: pending.soft,
+            rounding: pending.rounding,
             cutter: pending.cutter,
         }));
         self.finish(config, pending.misc, emit)

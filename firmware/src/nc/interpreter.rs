@@ -14,7 +14,7 @@ use super::parameters::Parameters;
 use super::special::{other_feed, tool_text};
 use super::table::{FeedUnit, Misc, Mode};
 use super::tools::{Mounted, Tools, NONE};
-use super::values::{settle_feed, settle_speed};
+use super::values::{settle_distances, settle_feed, settle_speed};
 use crate::catalogue::{dialect, nc as message};
 use crate::config::{AxisKind, Config, Dialect};
 use crate::units::{Nano, AXES};
@@ -298,6 +298,7 @@ impl Interpreter {
     ) -> Result<(), Fault> {
         self.settle_degree(block)?;
         let mounted = self.settle_tool(block)?;
+        settle_distances(block);
         if let Some(special) = block.special {
             return self.special(config, block, special, mounted, emit);
         }
@@ -386,6 +387,7 @@ impl Interpreter {
             },
             exact_stop: block.exact_stop || modal.exact_stop,
             soft: modal.soft,
+            rounding: modal.rounding(),
             cutter,
         })
     }

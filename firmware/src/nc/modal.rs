@@ -1,11 +1,11 @@
 //! What stays from line to line: the modal functions in force, the tool selected, and the numbers that lines collect
 //! for a block to come. Plain data; [`super::block`] fills it in, [`super::Interpreter`] acts on it.
 
-use super::command::{BoundaryCondition, Corner, FeedReference, Plane, Side};
+use super::command::{BoundaryCondition, Corner, FeedReference, Plane, Rounding, Side};
 use super::error::Excerpt;
 use super::lexer::Word;
 use super::phrase::COEFFICIENTS;
-use super::table::{FeedUnit, Mode};
+use super::table::{FeedUnit, Mode, Smoothing};
 use crate::config::Config;
 use crate::units::AXES;
 
@@ -52,6 +52,12 @@ pub(super) struct Modal {
     pub inch: bool,
     /// `G60`.
     pub exact_stop: bool,
+    /// `G64`, `G641`, `G642`.
+    pub smoothing: Smoothing,
+    /// `ADIS`, mm.
+    pub distance: f32,
+    /// `ADISPOS`, mm: the same in rapid motion.
+    pub rapid_distance: f32,
     /// `SOFT`.
     pub soft: bool,
     /// Group 6.
@@ -116,6 +122,9 @@ impl Modal {
             absolute: true,
             inch: false,
             exact_stop: false,
+            smoothing: Smoothing::None,
+            distance: 0.0,
+            rapid_distance: 0.0,
             soft: config.default_soft,
             plane: config.plane,
             side: Side::On,
@@ -130,6 +139,22 @@ impl Modal {
             feed_linear: config.default_feed,
             feed_rotary: config.default_feed,
             speed: 0.0,
+        }
+    }
+
+    /// What becomes of the corner behind a block that moves now.
+    #[inline]
+    pub fn rounding(&self) -> Rounding {
+        let distance = match self.smoothing {
+            Smoothing::None => return Rounding::None,
+            Smoothing::Tolerance => return Rounding::Tolerance,
+            Smoothing::Distance if self.mode == Mode::Rapid => self.rapid_distance,
+            Smoothing::Distance => self.distance,
+        };
+        if distance > 0.0 {
+            Rounding::Distance(distance)
+        } else {
+            Rounding::None
         }
     }
 }

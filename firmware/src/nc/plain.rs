@@ -207,6 +207,7 @@ impl Interpreter {
             feed_type: FeedType::PerTime,
             exact_stop: modal.exact_stop,
             soft: modal.soft,
+            rounding: modal.rounding(),
             cutter: Cutter::OFF,
         }));
         self.position = target;

@@ -183,6 +183,7 @@ impl Interpreter {
             feed_type: Default::default(),
             exact_stop: true,
             soft: block.modal.soft,
+            rounding: block.modal.rounding(),
             cutter: Cutter::OFF,
         }));
         self.finish(config, block.misc, emit)

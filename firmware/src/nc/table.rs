@@ -35,6 +35,17 @@ pub(super) enum FeedUnit {
     Inverse,
 }
 
+/// Kinds of continuous path (group 10).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Smoothing {
+    /// `G64`, and `G60` where it matters.
+    None,
+    /// `G641`: corners are rounded over `ADIS`, `ADISPOS`.
+    Distance,
+    /// `G642`: within the tolerances of the axes.
+    Tolerance,
+}
+
 /// Functions that read the words of their line in their own way (group 2).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Special {
@@ -112,6 +123,10 @@ pub(super) enum Group {
     ToolChange,
     /// M functions of the gear.
     Gear,
+    /// `ADIS`.
+    Distance,
+    /// `ADISPOS`.
+    RapidDistance,
 }
 
 impl Group {
@@ -195,8 +210,10 @@ pub(super) enum Action {
     Corner(Corner),
     /// `G9`.
     ExactStopOnce,
-    /// `G60` (true), `G64`.
-    ExactStop(bool),
+    /// `G60` (true).
+    ExactStop,
+    /// `G64`, `G641`, `G642`.
+    Continuous(Smoothing),
     /// `G70` (true), `G71`.
     Inch(bool),
     /// `G90` (true), `G91`.
@@ -219,6 +236,10 @@ pub(super) enum Action {
     Turns,
     /// `XH`, `YH`, `ZH` number: 0 to 2.
     ToolPoint(u8),
+    /// `ADIS` number.
+    Distance,
+    /// `ADISPOS` number.
+    RapidDistance,
     /// An M function.
     Misc(Misc),
     /// `M41` to `M45`: 1 to 5.
@@ -237,7 +258,7 @@ use BoundaryCondition::{Natural, NotAKnot, Tangent};
 use Group as G;
 
 /// G functions, the frequent ones first.
-pub(super) static G_FUNCTIONS: [Row; 45] = [
+pub(super) static G_FUNCTIONS: [Row; 47] = [
     (1, G::Motion, A::Motion(Mode::Linear)),
     (0, G::Motion, A::Motion(Mode::Rapid)),
     (6, G::Motion, A::Motion(Mode::Cubic)),
@@ -258,8 +279,8 @@ pub(super) static G_FUNCTIONS: [Row; 45] = [
     (55, G::ZeroOffset, A::ZeroOffset(1)),
     (56, G::ZeroOffset, A::ZeroOffset(2)),
     (57, G::ZeroOffset, A::ZeroOffset(3)),
-    (60, G::PathMode, A::ExactStop(true)),
-    (64, G::PathMode, A::ExactStop(false)),
+    (60, G::PathMode, A::ExactStop),
+    (64, G::PathMode, A::Continuous(Smoothing::None)),
     (70, G::Unit, A::Inch(true)),
     (71, G::Unit, A::Inch(false)),
     (74, G::Special, A::Special(Special::ReferencePoint)),
@@ -281,6 +302,8 @@ pub(super) static G_FUNCTIONS: [Row; 45] = [
     (601, G::Window, A::Nothing),
     (602, G::Window, A::Nothing),
     (603, G::Window, A::Nothing),
+    (641, G::PathMode, A::Continuous(Smoothing::Distance)),
+    (642, G::PathMode, A::Continuous(Smoothing::Tolerance)),
     (700, G::Unit, A::Inch(true)),
     (710, G::Unit, A::Inch(false)),
     (961, G::FeedType, A::SpindleFeedback),
@@ -317,7 +340,7 @@ pub(super) const NO_OFFSET: u8 = 4;
 /// A word spelled out.
 #[derive(Debug)]
 pub(super) struct Keyword {
-    /// Spelling, upper case. None is the beginning of another, so glued words part in one way only.
+    /// Spelling, upper case. One that begins another takes a number and stands behind it, so glued words part in one way only.
     pub name: &'static str,
     /// A number follows, with or without `=`.
     pub takes_number: bool,
@@ -330,7 +353,14 @@ pub(super) struct Keyword {
 const fn keyword(name: &'static str, group: Group, action: Action) -> Keyword {
     let takes_number = matches!(
         action,
-        A::Weight | A::Degree | A::Interval | A::Radius | A::Turns | A::ToolPoint(_)
+        A::Weight
+            | A::Degree
+            | A::Interval
+            | A::Radius
+            | A::Turns
+            | A::ToolPoint(_)
+            | A::Distance
+            | A::RapidDistance
     );
     Keyword {
         name,
@@ -341,7 +371,7 @@ const fn keyword(name: &'static str, group: Group, action: Action) -> Keyword {
 }
 
 /// Keywords.
-pub(super) static KEYWORDS: [Keyword; 28] = [
+pub(super) static KEYWORDS: [Keyword; 30] = [
     keyword("PW", G::Weight, A::Weight),
     keyword("PL", G::Interval, A::Interval),
     keyword("SD", G::Degree, A::Degree),
@@ -396,6 +426,8 @@ pub(super) static KEYWORDS: [Keyword; 28] = [
     keyword("IF", G::Flow, A::HostOnly),
     keyword("SOFT", G::Acceleration, A::Soft(true)),
     keyword("BRISK", G::Acceleration, A::Soft(false)),
+    keyword("ADISPOS", G::RapidDistance, A::RapidDistance),
+    keyword("ADIS", G::Distance, A::Distance),
 ];
 
 /// Row of G or M function `number`.

@@ -41,6 +41,18 @@ pub(super) fn coordinate(value: Decimal, inch: bool) -> Option<Nano> {
     nano.filter(|nano| nano.unsigned_abs() <= COORDINATE_MAX.unsigned_abs())
 }
 
+/// `ADIS`, `ADISPOS`: modal distances in mm; inch counts.
+#[inline]
+pub(super) fn settle_distances(block: &mut Block) {
+    let factor = if block.modal.inch { 25.4 } else { 1.0 };
+    if let Some(distance) = block.adis {
+        block.modal.distance = distance * factor;
+    }
+    if let Some(distance) = block.adispos {
+        block.modal.rapid_distance = distance * factor;
+    }
+}
+
 /// `F` as feed: units per minute to units per second.
 #[inline]
 pub(super) fn settle_feed(block: &mut Block) -> Result<(), Fault> {

@@ -118,7 +118,7 @@ fn image_code(config: &Config) -> String {
         .map(|axis| {
             format!(
                 "AxisConfig {{ letter: {}, kind: AxisKind::{:?}, steps_per_unit: Steps::from_bits({}), v_max: {}, \
-                 a_max: {}, j_max: {}, corner_step: {}, travel_min: {}, travel_max: {}, }},",
+                 a_max: {}, j_max: {}, corner_step: {}, rounding_tolerance: {}, travel_min: {}, travel_max: {}, }},",
                 axis.letter,
                 axis.kind,
                 axis.steps_per_unit.to_bits(),
@@ -126,6 +126,7 @@ fn image_code(config: &Config) -> String {
                 bits(axis.a_max),
                 bits(axis.j_max),
                 bits(axis.corner_step),
+                bits(axis.rounding_tolerance),
                 axis.travel_min,
                 axis.travel_max
             )

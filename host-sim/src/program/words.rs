@@ -11,6 +11,8 @@ const KEYWORDS: &[&str] = &[
     "ACN",
     "ACP",
     "AC",
+    "ADISPOS",
+    "ADIS",
     "AKIMA",
     "ASPLINE",
     "ATRANS",

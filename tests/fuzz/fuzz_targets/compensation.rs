@@ -144,6 +144,7 @@ fuzz_target!(|input: Input| {
                     feed_type: FeedType::PerTime,
                     exact_stop: stop,
                     soft: true,
+                    rounding: Default::default(),
                     cutter,
                 };
                 if builder.push(&config, &block).is_err() {
@@ -187,6 +188,7 @@ fuzz_target!(|input: Input| {
                     feed: 20.0,
                     exact_stop: false,
                     soft: true,
+                    rounding: Default::default(),
                     spline: true,
                     cutter,
                 };

@@ -159,6 +159,7 @@ fuzz_target!(|blocks: Vec<Block>| {
                 },
                 exact_stop: block.stop,
                 soft: true,
+                rounding: Default::default(),
                 cutter: Cutter::OFF,
             },
         );

@@ -24,6 +24,7 @@ pub fn config(dialect: Dialect) -> Config {
         a_max: 5000.0,
         j_max: 50_000.0,
         corner_step: 0.0,
+        rounding_tolerance: 0.01,
         travel_min: -half * NANO_PER_UNIT,
         travel_max: half * NANO_PER_UNIT,
     };

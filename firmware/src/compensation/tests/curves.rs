@@ -99,6 +99,7 @@ fn thesis(kind: SplineKind, count: usize, cutter: Cutter) -> Vec<PathSegment> {
             feed_type: Default::default(),
             exact_stop: false,
             soft: true,
+            rounding: Default::default(),
             cutter,
         };
         builder.push(&config, &block).unwrap();

@@ -78,6 +78,7 @@ pub fn hermite(
         feed: 10.0,
         exact_stop: false,
         soft: true,
+        rounding: Default::default(),
         spline: false,
         cutter,
     }

@@ -486,7 +486,7 @@ proptest! {
         let mut builder = SegmentBuilder::new(&config, at);
         for (number, (motion, target, exact_stop, inverse)) in program.into_iter().enumerate() {
             let before = builder.position();
-            let block = Move { block: number as u32 + 1, motion, target, feed: 1.0, feed_type: if inverse { FeedType::Inverse } else { FeedType::PerTime }, exact_stop, soft: false, cutter: Default::default() };
+            let block = Move { block: number as u32 + 1, motion, target, feed: 1.0, feed_type: if inverse { FeedType::Inverse } else { FeedType::PerTime }, exact_stop, soft: false, rounding: Default::default(), cutter: Default::default() };
             let result = builder.push(&config, &block);
             if result.is_err() {
                 prop_assert_eq!(builder.position(), before);

@@ -20,6 +20,7 @@ pub fn config() -> Config {
         a_max: 5000.0,
         j_max: 50_000.0,
         corner_step: 0.0,
+        rounding_tolerance: 0.01,
         travel_min: -2_140_000_000_000,
         travel_max: 2_140_000_000_000,
     };
@@ -80,6 +81,7 @@ pub fn block(number: u32, motion: Motion, target: &Point) -> Move {
         feed_type: Default::default(),
         exact_stop: false,
         soft: true,
+        rounding: Default::default(),
         cutter: Default::default(),
     }
 }

@@ -56,6 +56,7 @@ impl Controller<'_> {
             && !self.interpreter.is_open()
             && !self.builder.is_open()
             && !self.compensator.has_pending()
+            && !self.rounder.has_pending()
     }
 
     fn answer_error(&mut self, message: Message) {

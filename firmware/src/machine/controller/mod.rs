@@ -1,6 +1,6 @@
 //! The background half: text in, segments and answers out.
 //!
-//! [`Controller::poll`] works from the downstream end: plan, split curves, stand still where a command asks for it,
+//! [`Controller::poll`] works from the downstream end: plan, split curves, round corners, stand still where a command asks for it,
 //! compensation, geometry, commands, text. A line is answered when everything it stands for has been handed to the planner, so back-pressure reaches the
 //! sender by itself and an error is answered on the line that caused it.
 
@@ -21,6 +21,7 @@ use crate::catalogue::machine as message;
 use crate::compensation::{Compensator, Output};
 use crate::config::Config;
 use crate::geometry::arc::ArcSplitter;
+use crate::geometry::rounding::Rounder;
 use crate::geometry::travel::TravelBounds;
 use crate::geometry::{GeometryErrorKind, SegmentBuilder};
 use crate::nc::{Auxiliary, Command, Interpreter};
@@ -54,6 +55,7 @@ enum Reset {
 /// What of the background half is too large for the stack; lies in [`super::Core`].
 pub(super) struct Stages {
     splitter: Place<ArcSplitter>,
+    rounder: Place<Rounder>,
     compensator: Place<Compensator>,
     builder: Place<SegmentBuilder>,
     interpreter: Place<Interpreter>,
@@ -64,6 +66,7 @@ impl Stages {
     pub(super) const fn empty() -> Self {
         Self {
             splitter: Place::empty(),
+            rounder: Place::empty(),
             compensator: Place::empty(),
             builder: Place::empty(),
             interpreter: Place::empty(),
@@ -82,6 +85,7 @@ pub struct Controller<'a> {
     /// Text line of the curve in the splitter.
     splitting: u32,
     travel: TravelBounds,
+    rounder: &'a mut Rounder,
     compensator: &'a mut Compensator,
     builder: &'a mut SegmentBuilder,
     interpreter: &'a mut Interpreter,
@@ -125,6 +129,7 @@ impl<'a> Controller<'a> {
             },
             splitting: 0,
             travel: TravelBounds::new(config),
+            rounder: stages.rounder.fill(Rounder::new),
             compensator: stages.compensator.fill(Compensator::new),
             builder: stages.builder.fill(|| SegmentBuilder::new(config, origin)),
             interpreter: stages.interpreter.fill(|| Interpreter::new(config)),
@@ -219,6 +224,7 @@ impl<'a> Controller<'a> {
                 self.shared.fault.store(true, Release);
                 self.alarm = true;
                 self.fault = true;
+                self.rounder.reset();
                 self.wire.clear();
                 self.commands.clear();
                 self.standstill = None;
@@ -266,6 +272,7 @@ impl<'a> Controller<'a> {
             && self.commands.is_empty()
             && self.standstill.is_none()
             && self.splitter.is_empty()
+            && !self.rounder.has_pending()
             && !self.compensator.has_pending()
             && !self.builder.is_open()
             && !self.answer_due
@@ -309,6 +316,9 @@ impl<'a> Controller<'a> {
         if !self.splitter.is_empty() {
             return self.split();
         }
+        if let Some(next) = self.rounder.pop() {
+            return self.accept_segment(&next);
+        }
         if let Some((command, wait)) = self.standstill {
             return self.stand_still(&command, wait, now);
         }
@@ -316,8 +326,9 @@ impl<'a> Controller<'a> {
         let mut meanwhile = || while self.planner.advance(self.config) {};
         match self.compensator.next(self.config, &mut meanwhile) {
             Ok(None) => {}
-            Ok(Some(Output::Segment(next))) => return self.accept_segment(&next),
+            Ok(Some(Output::Segment(next))) => return self.round(&next),
             Ok(Some(Output::Command(command))) => {
+                self.rounder.finish(true);
                 self.standstill = Some((command, Wait::Standstill));
                 return true;
             }
@@ -391,7 +402,7 @@ impl<'a> Controller<'a> {
             }
             return true;
         }
-        false
+        self.rounder.finish(true).is_some()
     }
 
     fn split(&mut self) -> bool {
@@ -410,10 +421,23 @@ impl<'a> Controller<'a> {
         true
     }
 
+    /// Takes a segment on to where corners are rounded. Its travel is looked at here, where the line that asks for it is
+    /// still unanswered.
+    fn round(&mut self, next: &crate::geometry::PathSegment) -> bool {
+        if self.rounder.passes(next) {
+            return self.accept_segment(next);
+        }
+        match self.travel.outside(self.config, &next.segment) {
+            Some(axis) => self.refuse_travel(next.block, axis),
+            None => self.rounder.push(self.config, next),
+        }
+        true
+    }
+
     fn accept_segment(&mut self, next: &crate::geometry::PathSegment) -> bool {
         if let Some(axis) = self.travel.outside(self.config, &next.segment) {
-            let letter = char::from(self.config.axes[axis].letter);
-            self.refuse(next.block, message::TRAVEL, &[&letter]);
+            self.rounder.reset();
+            self.refuse_travel(next.block, axis);
             return true;
         }
         self.order = SegmentOrder {
@@ -469,7 +493,9 @@ impl<'a> Controller<'a> {
 
     /// Makes the path rest where it now ends.
     fn stop_at_end(&mut self) {
-        if !self.splitter.is_empty() {
+        if self.rounder.finish(true).is_some() {
+            // It stops there by itself.
+        } else if !self.splitter.is_empty() {
             self.order.exact_stop = true;
         } else if !self.compensator.has_pending() {
             self.planner.flush(self.config);
@@ -587,6 +613,7 @@ impl<'a> Controller<'a> {
                 self.alarm = false;
                 self.planner.clear();
                 self.splitter.clear();
+                self.rounder.reset();
                 self.interpreter.reset(self.config);
                 let rest =
                     core::array::from_fn(|a| Steps::from_bits(self.shared.rest_position[a].load()));

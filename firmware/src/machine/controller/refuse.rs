@@ -38,7 +38,15 @@ impl Controller<'_> {
         self.refuse_for(error.block, error.code(), &error.kind)
     }
 
+    /// Refuses line `line`, whose path leaves the travel of `axis`.
+    pub(super) fn refuse_travel(&mut self, line: u32, axis: usize) {
+        let letter = char::from(self.config.axes[axis].letter);
+        self.refuse(line, message::TRAVEL, &[&letter]);
+    }
+
     pub(super) fn refuse_curve(&mut self, line: u32, error: ArcError) {
+        // What comes behind a curve that cannot be driven starts where the machine will not be.
+        self.rounder.reset();
         let message = match error {
             ArcError::Cusp => message::INTERNAL,
             ArcError::Range => message::RANGE,
@@ -54,9 +62,14 @@ impl Controller<'_> {
         self.answer_due = false;
         self.commands.clear();
         self.standstill = None;
-        self.splitter.clear();
-        self.planner.flush(self.config);
-        self.path_end = self.planner.end_position().unwrap_or(self.path_end);
+        if let Some(end) = self.rounder.finish(true) {
+            // Accepted before the line that is refused: it still runs to its end, and stops there.
+            self.path_end = end;
+        } else {
+            self.splitter.clear();
+            self.planner.flush(self.config);
+            self.path_end = self.planner.end_position().unwrap_or(self.path_end);
+        }
         self.take_position(self.path_end);
     }
 }

@@ -28,7 +28,7 @@ mod words;
 
 use super::command::{
     Arc, Auxiliary, Centre, Command, Corner, Cutter, FeedReference, FeedType, Motion, Move, Plane,
-    Side,
+    Rounding, Side,
 };
 use super::error::{Excerpt, Fault};
 use super::modal::Tool;
@@ -411,6 +411,7 @@ impl Heidenhain {
             feed_type: FeedType::PerTime,
             exact_stop: false,
             soft: shared.config.default_soft,
+            rounding: Rounding::None,
             cutter: match self.side {
                 Side::On => Cutter::OFF,
                 side => Cutter {

@@ -14,6 +14,7 @@ fn template(line: u32, feed: f32) -> Move {
         feed_type: FeedType::PerTime,
         exact_stop: line == 3,
         soft: true,
+        rounding: Default::default(),
         cutter: Cutter::OFF,
     }
 }

@@ -1,6 +1,7 @@
 //! One law per function of the language.
 
 use super::{commands, micro, moves, run, xyzac, xyzbc};
+use crate::nc::command::Rounding;
 use crate::nc::table::{G_FUNCTIONS, KEYWORDS, M_FUNCTIONS};
 use crate::nc::{
     Auxiliary, BoundaryCondition, Command, Excerpt, Interpreter, Motion, SplineKind, SplineSpec,
@@ -82,6 +83,35 @@ fn exact_stop_is_modal_with_g60_and_of_one_block_with_g9() {
     );
     let stops: Vec<_> = path.iter().map(|motion| motion.exact_stop).collect();
     assert_eq!(stops, [false, true, false, true, true, false, true, false]);
+}
+
+#[test]
+fn g641_rounds_by_adis_or_adispos_and_g642_by_tolerance_until_another_of_their_group_comes() {
+    let none = Rounding::None;
+    let by = Rounding::Distance;
+    for (program, roundings) in [
+        // power-up, and a distance alone rounds nothing
+        ("F60 X1\nADIS=0.5 X2", vec![none, none]),
+        ("F60 G641 ADIS=0.5 ADISPOS=2.5 X1\nG0 X2\nG1 X3", vec![by(0.5), by(2.5), by(0.5)]),
+        // without a distance as G64
+        ("F60 G641 X1\nADISPOS4 X2\nG0 X3", vec![none, none, by(4.0)]),
+        ("F60 G641 ADIS0.25\nX1\nG64 X2\nG641 X3\nG642 X4\nADIS=0 X5\nG641 X6", 
+            vec![by(0.25), none, by(0.25), Rounding::Tolerance, Rounding::Tolerance, none]),
+        // inch counts for both
+        ("F60 G641 G70 ADIS=1 ADISPOS=2 X1\nG0 X2", vec![by(25.4), by(50.8)]),
+        // splines, circles, polynomials and G6 alike
+        ("F60 G641 ADIS=1\nASPLINE X1 Y1\nG2 X2 I0.5\nPOLY PO[X]=(3)\nG6 X4 I1\nK0 K0 K-268435456", 
+            vec![by(1.0); 4]),
+        // of one program only
+        ("F60 G641 ADIS=1 X1\nM30\nF60 G641 X2", vec![by(1.0), none]),
+    ] {
+        let path = moves(&xyzac(), program);
+        let found: Vec<_> = path.iter().map(|motion| motion.rounding).collect();
+        assert_eq!(found, roundings, "{program}");
+    }
+    let path = moves(&xyzac(), "F60 G641 ADIS=1 X1\nG9 X2\nG60 X3\nG642 X4");
+    let stops: Vec<_> = path.iter().map(|motion| motion.exact_stop).collect();
+    assert_eq!(stops, [false, true, true, false]);
 }
 
 #[test]
@@ -295,11 +325,13 @@ fn headers_and_comments_mean_nothing() {
 }
 
 #[test]
-fn no_keyword_is_the_beginning_of_another_and_no_function_stands_twice() {
+fn glued_keywords_part_in_one_way_only_and_no_function_stands_twice() {
     for (i, one) in KEYWORDS.iter().enumerate() {
         for (j, other) in KEYWORDS.iter().enumerate() {
+            // what stands behind a number's word is a number, not the rest of a longer word, which is tried first
+            let parts = one.takes_number && j < i;
             assert!(
-                i == j || !other.name.starts_with(one.name),
+                i == j || parts || !other.name.starts_with(one.name),
                 "{} {}",
                 one.name,
                 other.name

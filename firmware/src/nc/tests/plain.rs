@@ -30,7 +30,10 @@ fn said(
 }
 
 /// What may be in force when a line comes.
-const PRELUDES: [&str; 17] = [
+const PRELUDES: [&str; 20] = [
+    "F100 G641 ADIS=0.5",
+    "G0 G641 ADISPOS=0.5",
+    "CSPLINE F100 G642",
     "G1 F1000",
     "G0",
     "CSPLINE F500",
