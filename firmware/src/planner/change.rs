@@ -86,7 +86,9 @@ impl View<'_> {
         while index < self.last {
             let node = self.nodes.get(index);
             let a = self.stretch().at(node, at.v).a;
-            let j = node.limits.least_jerk(self.stretch().rates(node), at.v, 0.0);
+            let j = node
+                .limits
+                .least_jerk(self.stretch().rates(node), at.v, 0.0);
             if !(a > 0.0) || left > 1.2 * brake(at.v, at.a, v.min(at.v), a, j).distance {
                 break;
             }
