@@ -226,7 +226,11 @@ impl View<'_> {
         if at.left < 0.0 {
             return None;
         }
-        self.allows(at.node, v, a, jerk, 1.0).then_some(at)
+        // Deceleration can be let go of before the motion is over.
+        let node = self.nodes.get(at.node);
+        let up = self.stretch().jerk(node, v, a, 1.0).up;
+        let stops = a < 0.0 && a * a > 2.0 * up * v;
+        (!stops && self.allows(at.node, v, a, jerk, 1.0)).then_some(at)
     }
 
     /// The next thing to run.
@@ -312,7 +316,11 @@ impl View<'_> {
                 // Nothing keeps every limit: back onto the ceiling, as gently as that goes.
                 let ceiling = self.ceiling_at(&start);
                 let over = (start.v / ceiling.v).clamp(1.0, RETURN);
-                let wanted = (-ceiling.d * over * over - start.a) / time;
+                let least = crate::units::sqrt(1.8 * up * start.v.max(0.0));
+                let wanted = (-(ceiling.d * over * over).min(least) - start.a) / time;
+                if !(start.v > 0.0) {
+                    return Decision::Rest(self.halt().0);
+                }
                 #[cfg(not(target_os="none"))] if std::env::var("PE").is_ok() { std::eprintln!("fallback node {} v {} a {} ceil {:?} limit {:?} up {up} down {down} high {high} low {low} top {top} left {} len {} share {share} tries {:?}", start.node, start.v, start.a, ceiling, limit, start.left, node.length, [low, 0.5*(low+high), high].map(|j| self.probe(&start, j, time).map(|at| (at.v, at.a, stretch.merges(at), self.ceiling_at(&at))))); }
                 return Decision::Go(self.units(wanted.clamp(-down, up)), 1);
             }
