@@ -39,6 +39,9 @@ const RETURN: f32 = 1.15;
 /// whichever way the motion is changed.
 const MOST_ALONG: f32 = 1.5;
 
+/// A motion that is faster than the ceiling by this factor has to be forced.
+const ABOVE: f32 = 1.02;
+
 /// Most of the limits that a forced landing takes.
 const MOST_FORCE: f32 = 4.0;
 
@@ -47,6 +50,17 @@ const UNBENT: f32 = 0.9;
 
 /// Share of the limits that a long landing may leave unused.
 const GENTLE: f32 = 0.04;
+
+/// Ticks more than rounded that the phases of a landing may last.
+const MORE_TICKS: [[u32; 3]; 7] = [
+    [0, 0, 0],
+    [0, 1, 0],
+    [1, 0, 0],
+    [0, 0, 1],
+    [1, 0, 1],
+    [1, 1, 1],
+    [2, 1, 2],
+];
 
 /// Share of the phases around the peak of deceleration that is flattened; the jerk grows by its square.
 const PEAK: f32 = 0.04;
@@ -228,7 +242,8 @@ impl View<'_> {
         }
         // Deceleration can be let go of before the motion is over.
         let node = self.nodes.get(at.node);
-        let up = self.stretch().jerk(node, v, a, 1.0).up;
+        let stretch = self.stretch();
+        let up = stretch.jerk(node, v, a, 1.0).up.min(stretch.jerk(node, 0.0, 0.0, 1.0).up);
         let stops = a < 0.0 && a * a > 2.0 * up * v;
         (!stops && self.allows(at.node, v, a, jerk, 1.0)).then_some(at)
     }
@@ -454,30 +469,26 @@ impl View<'_> {
                 high = middle;
             }
         }
-        let mut time = reach(high).time;
+        self.in_ticks(stop, reach(high).time)
+            .find(|phases| self.follow(phases, stop.index).is_some())
+    }
+
+    /// Landings on `stop` whose phases last about `time`, in whole ticks.
+    fn in_ticks<'b>(
+        &'b self,
+        stop: &'b StopAhead,
+        mut time: [f32; 3],
+    ) -> impl Iterator<Item = Phases> + 'b {
         // Three jerks over a middle phase of next to nothing would have to be huge; flattening the peak costs little.
         let flat = PEAK * time[0].min(time[2]);
         if time[1] < 2.0 * flat {
             time = [time[0] - flat, time[1] + 2.0 * flat, time[2] - flat];
         }
         let whole = time.map(|t| (libm::roundf(t * self.hz) as u32).max(1));
-        for [x, y, z] in [
-            [0, 0, 0],
-            [0, 1, 0],
-            [1, 0, 0],
-            [0, 0, 1],
-            [1, 0, 1],
-            [1, 1, 1],
-            [2, 1, 2],
-        ] {
-            let ticks = [whole[0] + x, whole[1] + y, whole[2] + z];
-            if let Some(phases) = land(&self.state, stop.distance_q, ticks) {
-                if self.follow(&phases, stop.index).is_some() {
-                    return Some(phases);
-                }
-            }
-        }
-        None
+        MORE_TICKS.iter().filter_map(move |more| {
+            let ticks = core::array::from_fn(|i| whole[i] + more[i]);
+            land(&self.state, stop.distance_q, ticks)
+        })
     }
 
     /// Where rounding has left too little way to the stop: a landing with as little more than the limits as it takes.
@@ -487,7 +498,7 @@ impl View<'_> {
         let reach = |share: f32| brake(m.v, m.a, 0.0, share * a, share * j);
         let distance = stop.distance + m.v / self.hz;
         let (mut low, mut high) = (1.0, MOST_FORCE);
-        let above = m.v > self.ceiling_at(&m).v * LOOSE;
+        let above = m.v > self.ceiling_at(&m).v * ABOVE;
         if !above || stop.index != self.cursor || !(m.v > 0.0) || reach(low).distance <= distance {
             return None;
         }
@@ -499,9 +510,8 @@ impl View<'_> {
                 high = middle;
             }
         }
-        #[cfg(not(target_os="none"))] if std::env::var("PE").is_ok() { std::eprintln!("forced {high} m {:?} distance {distance}", m); }
-        let ticks = reach(high).time.map(|t| (libm::roundf(t * self.hz) as u32).max(1));
-        land(&self.state, stop.distance_q, ticks)
+        let largest = |phases: &Phases| phases.iter().map(|(jerk, _)| jerk.abs()).max();
+        self.in_ticks(stop, reach(high).time).min_by_key(largest)
     }
 
     /// Runs `phases`; the state at their end and the node it lies in, or `None` if a limit breaks on the way.
