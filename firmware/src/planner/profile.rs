@@ -62,6 +62,9 @@ const MORE_TICKS: [[u32; 3]; 7] = [
     [2, 1, 2],
 ];
 
+/// Ticks more than rounded that a landing in even phases may last.
+const EVEN_MORE: u32 = 6;
+
 /// Share of the phases around the peak of deceleration that is flattened; the jerk grows by its square.
 const PEAK: f32 = 0.04;
 
@@ -485,10 +488,15 @@ impl View<'_> {
             time = [time[0] - flat, time[1] + 2.0 * flat, time[2] - flat];
         }
         let whole = time.map(|t| (libm::roundf(t * self.hz) as u32).max(1));
-        MORE_TICKS.iter().filter_map(move |more| {
-            let ticks = core::array::from_fn(|i| whole[i] + more[i]);
-            land(&self.state, stop.distance_q, ticks)
-        })
+        let nearly = MORE_TICKS
+            .iter()
+            .map(move |more| core::array::from_fn(|i| whole[i] + more[i]));
+        // Where little more is left than letting go, three even phases need the least jerk.
+        let sum = whole[0] + whole[1] + whole[2];
+        let even = (sum.max(5) - 2..sum + EVEN_MORE).map(|sum| [sum / 3, sum - 2 * (sum / 3), sum / 3]);
+        nearly
+            .chain(even)
+            .filter_map(|ticks| land(&self.state, stop.distance_q, ticks))
     }
 
     /// Where rounding has left too little way to the stop: a landing with as little more than the limits as it takes.
