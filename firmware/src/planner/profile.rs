@@ -455,6 +455,10 @@ impl View<'_> {
         } else {
             (1.0 - GENTLE - 4.0 / ticks.max(8.0), 0.995)
         };
+        if m.a < 0.0 && m.v > 0.0 {
+            // With less, letting go of the deceleration takes more velocity than there is.
+            low = low.max(LOOSE * m.a * m.a / (2.0 * j * m.v));
+        }
         let distance = stop.distance + m.v / self.hz;
         #[cfg(not(target_os="none"))] if std::env::var("PD").is_ok() { std::eprintln!("land? m {:?} dist {} limits {:?} ceil {:?} along {} ticks {} reach low {} high {}", m, distance, stop.limits, ceiling, along, ticks, reach(low).distance, reach(high).distance); }
         if !(stop.distance > 0.0)
