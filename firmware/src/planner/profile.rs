@@ -340,6 +340,12 @@ impl View<'_> {
                     return Decision::Rest(self.halt().0);
                 }
                 #[cfg(not(target_os="none"))] if std::env::var("PE").is_ok() { std::eprintln!("fallback node {} v {} a {} ceil {:?} limit {:?} up {up} down {down} high {high} low {low} top {top} left {} len {} share {share} tries {:?}", start.node, start.v, start.a, ceiling, limit, start.left, node.length, [low, 0.5*(low+high), high].map(|j| self.probe(&start, j, time).map(|at| (at.v, at.a, stretch.merges(at), self.ceiling_at(&at))))); }
+                let (mut down, mut up) = (down, up);
+                if start.left < close + start.v / self.hz && start.node < self.last {
+                    let next = self.nodes.get(start.node + 1);
+                    let there = stretch.jerk(next, start.v, start.a, node.exit_share);
+                    (down, up) = (down.min(there.down), up.min(there.up));
+                }
                 return Decision::Go(self.units(wanted.clamp(-down, up)), 1);
             }
             ticks = (ticks / 2).max(1);
