@@ -19,7 +19,9 @@ const LEAST_JERK: f32 = 0.02;
 /// Slope below which an axis does not count as moving along, axis units per path unit.
 const LEAST_SLOPE: f32 = 1.0e-6;
 /// Share of an axis' jerk that passing a joint may take.
-const JOINT_SHARE: f32 = 0.7;
+const JOINT_SHARE: f32 = 0.95;
+/// Halvings of the range in which the velocity over a joint is looked for.
+const JOINT_HALVINGS: u32 = 12;
 /// Share of an axis' acceleration that passing a joint may take where jerk is not limited.
 const JOINT_ACCELERATION: f32 = 0.5;
 /// A step in the second derivative falls between two ticks; the third difference sees at most this share of it at once
@@ -287,41 +289,44 @@ pub fn joint(
 ) -> Joint {
     let hz = config.servo_hz as f32;
     let mut allowed = v;
-    // The second time with what the change of curvature takes on either side at the velocity found.
-    for _ in 0..2 {
-        let cube = allowed * allowed * allowed;
-        for a in 0..AXES {
-            let step1 = (after.first[a] - before.first[a]).abs();
-            let step2 = SAMPLED_STEP * (after.second[a] - before.second[a]).abs();
-            // Path acceleration changes its direction with the tangent, too. A kink that turns the largest acceleration into
-            // more than the share leaves nothing for passing at speed.
-            let turned = step1 * config.axes[a].a_max * hz;
-            let third = before.third[a].abs().max(after.third[a].abs());
-            let limit = axis_jerk(config, a, soft);
-            if !soft {
-                let step = (JOINT_ACCELERATION * config.axes[a].a_max / hz).max(config.axes[a].corner_step);
-                if allowed * step1 > step {
-                    allowed = step / step1;
-                }
-                continue;
+    for a in 0..AXES {
+        let axis = &config.axes[a];
+        let step1 = (after.first[a] - before.first[a]).abs();
+        let step2 = SAMPLED_STEP * (after.second[a] - before.second[a]).abs();
+        if !soft {
+            let step = (JOINT_ACCELERATION * axis.a_max / hz).max(axis.corner_step);
+            if allowed * step1 > step {
+                allowed = step / step1;
             }
-            let taken = turned + (third * cube).min(0.5 * limit);
-            let jerk = (JOINT_SHARE * limit - taken).max(0.0);
-            // Positive root of step2 hz v^2 + step1 hz^2 v = jerk, in the form that does not cancel.
-            let b = step1 * hz * hz;
-            let root = sqrt(b * b + 4.0 * step2 * hz * jerk);
-            let smooth = if b + root > 0.0 {
-                2.0 * jerk / (b + root)
-            } else {
-                f32::MAX
-            };
-            let corner = if step1 > 0.0 {
-                config.axes[a].corner_step / step1
-            } else {
-                0.0
-            };
-            allowed = allowed.min(smooth.max(corner));
+            continue;
         }
+        // Path acceleration changes its direction with the tangent, too. A kink that turns the largest acceleration into
+        // more than the share leaves nothing for passing at speed.
+        let turned = step1 * axis.a_max * hz;
+        let third = before.third[a].abs().max(after.third[a].abs());
+        let room = JOINT_SHARE * axis_jerk(config, a, soft) - turned;
+        let taken = |v: f32| v * (step1 * hz * hz + v * (step2 * hz + v * third));
+        if step1 + step2 <= 0.0 || taken(allowed) <= room {
+            continue;
+        }
+        // Rises with the velocity all the way.
+        let (mut good, mut bad) = (0.0, allowed);
+        if room > 0.0 {
+            for _ in 0..JOINT_HALVINGS {
+                let middle = 0.5 * (good + bad);
+                if taken(middle) <= room {
+                    good = middle;
+                } else {
+                    bad = middle;
+                }
+            }
+        }
+        let corner = if step1 > 0.0 {
+            axis.corner_step / step1
+        } else {
+            0.0
+        };
+        allowed = allowed.min(good.max(corner));
     }
     if allowed < STOP_SHARE * v {
         // The joint is a stop: nothing is passed, nothing is taken.
