@@ -369,6 +369,7 @@ impl<'a> Planner<'a> {
                     escape = self.escape(config);
                 }
             }
+            #[cfg(not(target_os="none"))] if std::env::var("PG").is_ok() { let n=self.nodes.get(self.cursor); std::eprintln!("emit {} j {} ticks {} then node {} len {} s {} top {}", self.planned, jerk as f64 / (1u128<<72) as f64*1.25e11, ticks, self.first.wrapping_add(self.cursor as u32), n.length, self.state.coordinate() as f64/(1u64<<54) as f64, n.limits.v); }
             self.planned = self.planned.wrapping_add(ticks);
             let piece = Piece {
                 jerk,

@@ -294,12 +294,15 @@ impl View<'_> {
         let node = self.nodes.get(start.node);
         let limit = stretch.acceleration(node, start.v);
         let close = 1.5 * start.v / self.hz;
-        let share = if start.node > 0 && node.length - start.left < close {
-            self.nodes.get(start.node - 1).exit_share
-        } else {
-            1.0
-        };
-        let Range { down, up } = stretch.jerk(node, start.v, start.a, share);
+        let Range { mut down, mut up } = stretch.jerk(node, start.v, start.a, 1.0);
+        if start.node > 0 && node.length - start.left < close {
+            // The ticks after a joint still see what was before it.
+            let behind = self.nodes.get(start.node - 1);
+            for side in [node, behind] {
+                let range = stretch.jerk(side, start.v, start.a, behind.exit_share);
+                (down, up) = (down.min(range.down), up.min(range.up));
+            }
+        }
         let (a_max, j_max) = (limit.up.min(limit.down), up.min(down));
         let top = node.limits.v;
         let cruising = start.v >= top * CRUISE && start.a.abs() <= 0.1 * (1.0 - CRUISE) * start.v * self.hz;
@@ -339,8 +342,7 @@ impl View<'_> {
                 if !(start.v > 0.0) {
                     return Decision::Rest(self.halt().0);
                 }
-                #[cfg(not(target_os="none"))] if std::env::var("PE").is_ok() { std::eprintln!("fallback node {} v {} a {} ceil {:?} limit {:?} up {up} down {down} high {high} low {low} top {top} left {} len {} share {share} tries {:?}", start.node, start.v, start.a, ceiling, limit, start.left, node.length, [low, 0.5*(low+high), high].map(|j| self.probe(&start, j, time).map(|at| (at.v, at.a, stretch.merges(at), self.ceiling_at(&at))))); }
-                let (mut down, mut up) = (down, up);
+                #[cfg(not(target_os="none"))] if std::env::var("PE").is_ok() { std::eprintln!("fallback node {} v {} a {} ceil {:?} limit {:?} up {up} down {down} high {high} low {low} top {top} left {} len {} tries {:?}", start.node, start.v, start.a, ceiling, limit, start.left, node.length, [low, 0.5*(low+high), high].map(|j| self.probe(&start, j, time).map(|at| (at.v, at.a, stretch.merges(at), self.ceiling_at(&at))))); }
                 if start.left < close + start.v / self.hz && start.node < self.last {
                     let next = self.nodes.get(start.node + 1);
                     let there = stretch.jerk(next, start.v, start.a, node.exit_share);
