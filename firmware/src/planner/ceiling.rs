@@ -36,6 +36,9 @@ const CLOSER: u32 = 4;
 /// Ticks of travel that are predicted in one step at least.
 const NEAR: f32 = 4.0;
 
+/// Share of the velocity that a prediction changes in one step.
+const CHANGE: f32 = 0.08;
+
 /// Halvings of the range in which the state at a cut is looked for.
 const HALVINGS: u32 = 6;
 
@@ -237,7 +240,8 @@ impl<'a> Stretch<'a> {
                 };
                 let whole = |jerk: f32| (at.a - goal) / jerk;
                 let step = STEP * (at.a - floor).max(0.2 * limit.up.min(limit.down)) / jerk;
-                let part = whole(jerk).min(step.max(0.5 / self.hz)).min(half);
+                let change = CHANGE * at.v / at.a.abs();
+                let part = whole(jerk).min(step.min(change).max(0.5 / self.hz)).min(half);
                 // What jerk there is changes on the way.
                 let then = at.after(jerk, part);
                 let then = PREDICTED * self.jerk(node, then.v, then.a, 1.0).down;

@@ -18,7 +18,12 @@ const NEUTRAL_SHARE: f32 = 0.9;
 const LEAST_JERK: f32 = 0.02;
 /// Slope below which an axis does not count as moving along, axis units per path unit.
 const LEAST_SLOPE: f32 = 1.0e-6;
-const JOINT_SHARE: f32 = 0.7;
+/// Share of an axis' jerk that passing a joint may take.
+const JOINT_SHARE: f32 = 0.95;
+/// Halvings of the range in which the velocity over a joint is looked for.
+const JOINT_HALVINGS: u32 = 12;
+/// Share of an axis' acceleration that passing a joint may take where jerk is not limited.
+const JOINT_ACCELERATION: f32 = 0.5;
 /// A step in the second derivative falls between two ticks; the third difference sees at most this share of it at once
 /// (a step at the fraction f of a tick is seen as (1-f)^2/2, 1/2 + f - f^2 and f^2/2 in three successive ticks).
 const SAMPLED_STEP: f32 = 0.75;
@@ -60,7 +65,7 @@ pub struct CurveLimits {
     /// Largest.
     high: [AxisVec; 3],
     /// Share of the acceleration that the joints leave.
-    share: f32,
+    share: AxisVec,
 }
 
 /// What may be done at one velocity, or at one velocity and acceleration: braking and speeding up, both as sizes.
@@ -112,7 +117,7 @@ impl CurveLimits {
         v: 0.0,
         low: [[0.0; AXES]; 3],
         high: [[0.0; AXES]; 3],
-        share: 0.0,
+        share: [0.0; AXES],
     };
 
     /// Accelerations allowed at velocity `v`: `|q' a + q'' v^2|` within the acceleration of every axis, and
@@ -125,7 +130,7 @@ impl CurveLimits {
         let mut range = Range::ALL;
         for i in 0..AXES {
             let [low, high] = [&self.low, &self.high];
-            let rate = self.share * rates.a[i];
+            let rate = self.share[i] * rates.a[i];
             let below = (rate + square * low[1][i]).max(0.0);
             let above = (rate - square * high[1][i]).max(0.0);
             range.keep(low[0][i], high[0][i], below, above);
@@ -256,11 +261,10 @@ pub fn curve_limits(
     joints: &[JointCost; 2],
 ) -> CurveLimits {
     let PathShape { low, high, .. } = shape;
-    let mut share = 1.0_f32;
-    for i in 0..AXES {
+    let share = core::array::from_fn(|i| {
         let taken = joints[0].a[i].max(joints[1].a[i]);
-        share = share.min(1.0 - taken / config.axes[i].a_max);
-    }
+        1.0 - taken / config.axes[i].a_max
+    });
     CurveLimits {
         v,
         low: [low.first, low.second, low.third],
@@ -285,34 +289,44 @@ pub fn joint(
 ) -> Joint {
     let hz = config.servo_hz as f32;
     let mut allowed = v;
-    // The second time with what the change of curvature takes on either side at the velocity found.
-    for _ in 0..2 {
-        let cube = allowed * allowed * allowed;
-        for a in 0..AXES {
-            let step1 = (after.first[a] - before.first[a]).abs();
-            let step2 = SAMPLED_STEP * (after.second[a] - before.second[a]).abs();
-            // Path acceleration changes its direction with the tangent, too. A kink that turns the largest acceleration into
-            // more than the share leaves nothing for passing at speed.
-            let turned = step1 * config.axes[a].a_max * hz;
-            let third = before.third[a].abs().max(after.third[a].abs());
-            let limit = axis_jerk(config, a, soft);
-            let taken = turned + (third * cube).min(0.5 * limit);
-            let jerk = (JOINT_SHARE * limit - taken).max(0.0);
-            // Positive root of step2 hz v^2 + step1 hz^2 v = jerk, in the form that does not cancel.
-            let b = step1 * hz * hz;
-            let root = sqrt(b * b + 4.0 * step2 * hz * jerk);
-            let smooth = if b + root > 0.0 {
-                2.0 * jerk / (b + root)
-            } else {
-                f32::MAX
-            };
-            let corner = if step1 > 0.0 {
-                config.axes[a].corner_step / step1
-            } else {
-                0.0
-            };
-            allowed = allowed.min(smooth.max(corner));
+    for a in 0..AXES {
+        let axis = &config.axes[a];
+        let step1 = (after.first[a] - before.first[a]).abs();
+        let step2 = SAMPLED_STEP * (after.second[a] - before.second[a]).abs();
+        if !soft {
+            let step = (JOINT_ACCELERATION * axis.a_max / hz).max(axis.corner_step);
+            if allowed * step1 > step {
+                allowed = step / step1;
+            }
+            continue;
         }
+        // Path acceleration changes its direction with the tangent, too. A kink that turns the largest acceleration into
+        // more than the share leaves nothing for passing at speed.
+        let turned = step1 * axis.a_max * hz;
+        let third = before.third[a].abs().max(after.third[a].abs());
+        let room = JOINT_SHARE * axis_jerk(config, a, soft) - turned;
+        let taken = |v: f32| v * (step1 * hz * hz + v * (step2 * hz + v * third));
+        if step1 + step2 <= 0.0 || taken(allowed) <= room {
+            continue;
+        }
+        // Rises with the velocity all the way.
+        let (mut good, mut bad) = (0.0, allowed);
+        if room > 0.0 {
+            for _ in 0..JOINT_HALVINGS {
+                let middle = 0.5 * (good + bad);
+                if taken(middle) <= room {
+                    good = middle;
+                } else {
+                    bad = middle;
+                }
+            }
+        }
+        let corner = if step1 > 0.0 {
+            axis.corner_step / step1
+        } else {
+            0.0
+        };
+        allowed = allowed.min(good.max(corner));
     }
     if allowed < STOP_SHARE * v {
         // The joint is a stop: nothing is passed, nothing is taken.
@@ -327,7 +341,9 @@ pub fn joint(
         cost.a[a] = (step1 * allowed * hz).min(0.5 * config.axes[a].a_max);
         let turned = step1 * config.axes[a].a_max * hz;
         let taken = turned + step1 * allowed * hz * hz + step2 * allowed * allowed * hz;
-        share = share.min(1.0 - taken.min(JOINT_SHARE * limit) / limit);
+        if soft {
+            share = share.min(1.0 - taken.min(JOINT_SHARE * limit) / limit);
+        }
     }
     Joint {
         v: allowed,

@@ -39,6 +39,9 @@ const RETURN: f32 = 1.15;
 /// whichever way the motion is changed.
 const MOST_ALONG: f32 = 1.5;
 
+/// A motion that is faster than the ceiling by this factor has to be forced.
+const ABOVE: f32 = 1.02;
+
 /// Most of the limits that a forced landing takes.
 const MOST_FORCE: f32 = 4.0;
 
@@ -47,6 +50,20 @@ const UNBENT: f32 = 0.9;
 
 /// Share of the limits that a long landing may leave unused.
 const GENTLE: f32 = 0.04;
+
+/// Ticks more than rounded that the phases of a landing may last.
+const MORE_TICKS: [[u32; 3]; 7] = [
+    [0, 0, 0],
+    [0, 1, 0],
+    [1, 0, 0],
+    [0, 0, 1],
+    [1, 0, 1],
+    [1, 1, 1],
+    [2, 1, 2],
+];
+
+/// Ticks more than rounded that a landing in even phases may last.
+const EVEN_MORE: u32 = 6;
 
 /// Share of the phases around the peak of deceleration that is flattened; the jerk grows by its square.
 const PEAK: f32 = 0.04;
@@ -226,7 +243,12 @@ impl View<'_> {
         if at.left < 0.0 {
             return None;
         }
-        self.allows(at.node, v, a, jerk, 1.0).then_some(at)
+        // Deceleration can be let go of before the motion is over.
+        let node = self.nodes.get(at.node);
+        let stretch = self.stretch();
+        let up = stretch.jerk(node, v, a, 1.0).up.min(stretch.jerk(node, 0.0, 0.0, 1.0).up);
+        let stops = a < 0.0 && a * a > 2.0 * up * v;
+        (!stops && self.allows(at.node, v, a, jerk, 1.0)).then_some(at)
     }
 
     /// The next thing to run.
@@ -272,12 +294,15 @@ impl View<'_> {
         let node = self.nodes.get(start.node);
         let limit = stretch.acceleration(node, start.v);
         let close = 1.5 * start.v / self.hz;
-        let share = if start.node > 0 && node.length - start.left < close {
-            self.nodes.get(start.node - 1).exit_share
-        } else {
-            1.0
-        };
-        let Range { down, up } = stretch.jerk(node, start.v, start.a, share);
+        let Range { mut down, mut up } = stretch.jerk(node, start.v, start.a, 1.0);
+        if start.node > 0 && node.length - start.left < close {
+            // The ticks after a joint still see what was before it.
+            let behind = self.nodes.get(start.node - 1);
+            for side in [node, behind] {
+                let range = stretch.jerk(side, start.v, start.a, behind.exit_share);
+                (down, up) = (down.min(range.down), up.min(range.up));
+            }
+        }
         let (a_max, j_max) = (limit.up.min(limit.down), up.min(down));
         let top = node.limits.v;
         let cruising = start.v >= top * CRUISE && start.a.abs() <= 0.1 * (1.0 - CRUISE) * start.v * self.hz;
@@ -304,7 +329,6 @@ impl View<'_> {
             let low = (-down)
                 .max((-limit.down - start.a) / time)
                 .max(-(start.v + start.a * time) / (0.5 * time * time));
-            #[cfg(not(target_os="none"))] if std::env::var("PD").is_ok() { std::eprintln!("node {} left {} v {} a {} ticks {} low {} high {} up {} down {} limit {:?} top {} got {:?}", start.node, start.left, start.v, start.a, ticks, low, high, up, down, limit, node.limits.v, self.largest(&start, low, high, time)); }
             if let Some(jerk) = self.largest(&start, low, high, time) {
                 return Decision::Go(self.units(jerk), ticks);
             }
@@ -312,8 +336,16 @@ impl View<'_> {
                 // Nothing keeps every limit: back onto the ceiling, as gently as that goes.
                 let ceiling = self.ceiling_at(&start);
                 let over = (start.v / ceiling.v).clamp(1.0, RETURN);
-                let wanted = (-ceiling.d * over * over - start.a) / time;
-                #[cfg(not(target_os="none"))] if std::env::var("PE").is_ok() { std::eprintln!("fallback node {} v {} a {} ceil {:?} limit {:?} up {up} down {down} high {high} low {low} top {top} left {} len {} share {share} tries {:?}", start.node, start.v, start.a, ceiling, limit, start.left, node.length, [low, 0.5*(low+high), high].map(|j| self.probe(&start, j, time).map(|at| (at.v, at.a, stretch.merges(at), self.ceiling_at(&at))))); }
+                let least = crate::units::sqrt(1.8 * up * start.v.max(0.0));
+                let wanted = (-(ceiling.d * over * over).min(least) - start.a) / time;
+                if !(start.v > 0.0) {
+                    return Decision::Rest(self.halt().0);
+                }
+                if start.left < close + start.v / self.hz && start.node < self.last {
+                    let next = self.nodes.get(start.node + 1);
+                    let there = stretch.jerk(next, start.v, start.a, node.exit_share);
+                    (down, up) = (down.min(there.down), up.min(there.up));
+                }
                 return Decision::Go(self.units(wanted.clamp(-down, up)), 1);
             }
             ticks = (ticks / 2).max(1);
@@ -429,8 +461,11 @@ impl View<'_> {
         } else {
             (1.0 - GENTLE - 4.0 / ticks.max(8.0), 0.995)
         };
+        if m.a < 0.0 && m.v > 0.0 {
+            // With less, letting go of the deceleration takes more velocity than there is.
+            low = low.max(LOOSE * m.a * m.a / (2.0 * j * m.v));
+        }
         let distance = stop.distance + m.v / self.hz;
-        #[cfg(not(target_os="none"))] if std::env::var("PD").is_ok() { std::eprintln!("land? m {:?} dist {} limits {:?} ceil {:?} along {} ticks {} reach low {} high {}", m, distance, stop.limits, ceiling, along, ticks, reach(low).distance, reach(high).distance); }
         if !(stop.distance > 0.0)
             || !(along || stop.limits.j > UNBENT * stop.rest_j)
             || reach(low).distance < distance
@@ -446,30 +481,31 @@ impl View<'_> {
                 high = middle;
             }
         }
-        let mut time = reach(high).time;
+        self.in_ticks(stop, reach(high).time)
+            .find(|phases| self.follow(phases, stop.index).is_some())
+    }
+
+    /// Landings on `stop` whose phases last about `time`, in whole ticks.
+    fn in_ticks<'b>(
+        &'b self,
+        stop: &'b StopAhead,
+        mut time: [f32; 3],
+    ) -> impl Iterator<Item = Phases> + 'b {
         // Three jerks over a middle phase of next to nothing would have to be huge; flattening the peak costs little.
         let flat = PEAK * time[0].min(time[2]);
         if time[1] < 2.0 * flat {
             time = [time[0] - flat, time[1] + 2.0 * flat, time[2] - flat];
         }
         let whole = time.map(|t| (libm::roundf(t * self.hz) as u32).max(1));
-        for [x, y, z] in [
-            [0, 0, 0],
-            [0, 1, 0],
-            [1, 0, 0],
-            [0, 0, 1],
-            [1, 0, 1],
-            [1, 1, 1],
-            [2, 1, 2],
-        ] {
-            let ticks = [whole[0] + x, whole[1] + y, whole[2] + z];
-            if let Some(phases) = land(&self.state, stop.distance_q, ticks) {
-                if self.follow(&phases, stop.index).is_some() {
-                    return Some(phases);
-                }
-            }
-        }
-        None
+        let nearly = MORE_TICKS
+            .iter()
+            .map(move |more| core::array::from_fn(|i| whole[i] + more[i]));
+        // Where little more is left than letting go, three even phases need the least jerk.
+        let sum = whole[0] + whole[1] + whole[2];
+        let even = (sum.max(5) - 2..sum + EVEN_MORE).map(|sum| [sum / 3, sum - 2 * (sum / 3), sum / 3]);
+        nearly
+            .chain(even)
+            .filter_map(|ticks| land(&self.state, stop.distance_q, ticks))
     }
 
     /// Where rounding has left too little way to the stop: a landing with as little more than the limits as it takes.
@@ -479,7 +515,7 @@ impl View<'_> {
         let reach = |share: f32| brake(m.v, m.a, 0.0, share * a, share * j);
         let distance = stop.distance + m.v / self.hz;
         let (mut low, mut high) = (1.0, MOST_FORCE);
-        let above = m.v > self.ceiling_at(&m).v * LOOSE;
+        let above = m.v > self.ceiling_at(&m).v * ABOVE;
         if !above || stop.index != self.cursor || !(m.v > 0.0) || reach(low).distance <= distance {
             return None;
         }
@@ -491,9 +527,8 @@ impl View<'_> {
                 high = middle;
             }
         }
-        #[cfg(not(target_os="none"))] if std::env::var("PE").is_ok() { std::eprintln!("forced {high} m {:?} distance {distance}", m); }
-        let ticks = reach(high).time.map(|t| (libm::roundf(t * self.hz) as u32).max(1));
-        land(&self.state, stop.distance_q, ticks)
+        let largest = |phases: &Phases| phases.iter().map(|(jerk, _)| jerk.abs()).max();
+        self.in_ticks(stop, reach(high).time).min_by_key(largest)
     }
 
     /// Runs `phases`; the state at their end and the node it lies in, or `None` if a limit breaks on the way.
