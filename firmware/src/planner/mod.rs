@@ -9,6 +9,7 @@ pub mod ceiling;
 pub mod limits;
 pub mod nodes;
 pub mod profile;
+pub mod span;
 
 use core::sync::atomic::Ordering::{Acquire, Relaxed, Release};
 

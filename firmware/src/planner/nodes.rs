@@ -6,8 +6,9 @@ use super::limits::CurveLimits;
 /// Segments the window can hold. A power of two; includes those already planned but not yet driven.
 pub const NODES: usize = 256;
 
-/// One segment as the planner sees it.
+/// One segment as the planner sees it. Words are enough for the alignment of what lies in the window.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(packed(4))]
 pub struct Node {
     /// Length, Q10.54.
     pub length_q: i64,
@@ -113,5 +114,15 @@ impl Nodes {
 impl Default for Nodes {
     fn default() -> Self {
         Self::new()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn node_takes_no_more_than_a_hundred_bytes() {
+        assert!(size_of::<Node>() <= 100, "{}", size_of::<Node>());
     }
 }
