@@ -86,7 +86,7 @@ impl<T> Place<T> {
 /// Storage of the two halves. Make it static on a board.
 pub struct Core {
     stages: Stages,
-    nodes: Place<Nodes>,
+    nodes: Nodes,
     segments: Queue<ServoSegment, NODES>,
     pieces: Queue<Piece, PIECES>,
     shared: Shared,
@@ -98,7 +98,7 @@ impl Core {
     pub const fn new() -> Self {
         Self {
             stages: Stages::empty(),
-            nodes: Place::empty(),
+            nodes: Nodes::new(),
             segments: Queue::new(),
             pieces: Queue::new(),
             shared: Shared::new(),
@@ -109,8 +109,7 @@ impl Core {
     pub fn split<'a>(&'a mut self, config: &'a Config) -> (Controller<'a>, Servo<'a>) {
         let (segments_in, segments_out) = self.segments.split();
         let (pieces_in, pieces_out) = self.pieces.split();
-        let nodes = self.nodes.fill(Nodes::new);
-        let planner = Planner::new(segments_in, pieces_in, &self.shared, nodes);
+        let planner = Planner::new(segments_in, pieces_in, &self.shared, &mut self.nodes);
         (
             Controller::new(config, planner, &self.shared, &mut self.stages),
             Servo::new(segments_out, pieces_out, &self.shared, config),

@@ -261,6 +261,9 @@ impl<'a> Planner<'a> {
     }
 
     /// Plans at most one decision further; `true` if something was done.
+    ///
+    /// Never inlined: it is called from below other stages' frames too.
+    #[inline(never)]
     pub fn advance(&mut self, config: &Config) -> bool {
         let more = self.decide(config);
         if !more {

@@ -28,13 +28,21 @@ pub struct Node {
     pub start: Branch,
 }
 
+/// Where there is no node.
 const EMPTY: Node = Node {
+    exit_share: 1.0,
+    stop: true,
+    ..UNUSED
+};
+
+/// A place in the ring that holds none: all zeros, so that a static ring needs neither flash nor a copy on the stack.
+const UNUSED: Node = Node {
     length_q: 0,
     length: 0.0,
     limits: CurveLimits::NONE,
     exit_v: 0.0,
-    exit_share: 1.0,
-    stop: true,
+    exit_share: 0.0,
+    stop: false,
     brisk: false,
     start: Branch::REST,
 };
@@ -51,7 +59,7 @@ impl Nodes {
     #[must_use]
     pub const fn new() -> Self {
         Self {
-            ring: [EMPTY; NODES],
+            ring: [UNUSED; NODES],
             head: 0,
             len: 0,
         }

@@ -248,6 +248,8 @@ impl<'a> Controller<'a> {
     }
 
     /// Does one bounded piece of background work at tick `now`; `true` if there may be more to do now.
+    ///
+    /// What it calls is never inlined: one frame for all of it would lie below the deepest of it.
     pub fn poll(&mut self, now: Tick) -> bool {
         if self.received {
             self.received = false;
@@ -274,35 +276,17 @@ impl<'a> Controller<'a> {
         if !self.splitter.is_empty() {
             return self.split();
         }
-        if let Some((command, wait)) = self.standstill {
-            return self.stand_still(&command, wait, now);
+        if self.standstill.is_some() {
+            return self.stand_still(now);
         }
-        // The interrupt must not run out of pieces while a contour is worked out.
-        let mut meanwhile = || while self.planner.advance(self.config) {};
-        match self.compensator.next(self.config, &mut meanwhile) {
-            Ok(None) => {}
-            Ok(Some(Output::Segment(next))) => return self.accept_segment(&next),
-            Ok(Some(Output::Command(command))) => {
-                self.standstill = Some((command, Wait::Standstill));
-                return true;
-            }
-            Err(error) => return self.refuse_compensation(&error),
-        }
-        if let Some(next) = self.builder.next(self.config) {
-            let mut meanwhile = || while self.planner.advance(self.config) {};
-            let taken = self
-                .compensator
-                .push_segment(self.config, &next, &mut meanwhile);
-            if let Err(error) = taken {
-                self.refuse_compensation(&error);
-            }
+        if self.compensated() || self.built() {
             return true;
         }
         if let Some(error) = self.builder.take_failure() {
             return self.refuse_geometry(&error);
         }
-        if let Some(command) = self.commands.front().copied() {
-            return self.command(&command);
+        if !self.commands.is_empty() {
+            return self.command();
         }
         if self.answer_due {
             if !self.wire.can_answer() {
@@ -312,17 +296,59 @@ impl<'a> Controller<'a> {
             self.say(format_args!("ok\r\n"));
             return true;
         }
-        if self.wire.can_answer() {
-            if let Some(line) = self.wire.take_line() {
-                self.last_text = now;
-                self.line(&line);
-                return true;
-            }
+        if self.wire.can_answer() && self.take_line(now) {
+            return true;
         }
         self.starve(now)
     }
 
+    /// Takes a line, if a whole one is there.
+    #[inline(never)]
+    fn take_line(&mut self, now: Tick) -> bool {
+        let Some(line) = self.wire.take_line() else {
+            return false;
+        };
+        self.last_text = now;
+        self.line(&line);
+        true
+    }
+
+    /// Takes what the compensation lets go, if there is something.
+    #[inline(never)]
+    fn compensated(&mut self) -> bool {
+        // The interrupt must not run out of pieces while a contour is worked out.
+        let mut meanwhile = || while self.planner.advance(self.config) {};
+        match self.compensator.next(self.config, &mut meanwhile) {
+            Ok(None) => return false,
+            Ok(Some(Output::Segment(next))) => self.accept_segment(&next),
+            Ok(Some(Output::Command(command))) => {
+                self.standstill = Some((command, Wait::Standstill));
+            }
+            Err(error) => {
+                self.refuse_compensation(&error);
+            }
+        }
+        true
+    }
+
+    /// Hands a curve that geometry has finished to the compensation, if there is one.
+    #[inline(never)]
+    fn built(&mut self) -> bool {
+        let Some(next) = self.builder.next(self.config) else {
+            return false;
+        };
+        let mut meanwhile = || while self.planner.advance(self.config) {};
+        let taken = self
+            .compensator
+            .push_segment(self.config, &next, &mut meanwhile);
+        if let Err(error) = taken {
+            self.refuse_compensation(&error);
+        }
+        true
+    }
+
     /// Nothing to do but wait for text. If none comes, the path ends here for now.
+    #[inline(never)]
     fn starve(&mut self, now: Tick) -> bool {
         if now.saturating_sub(self.last_text) < Tick::from(self.config.starve_ticks) {
             return false;
@@ -359,6 +385,7 @@ impl<'a> Controller<'a> {
         false
     }
 
+    #[inline(never)]
     fn split(&mut self) -> bool {
         if !self.planner.has_room() {
             return false;
@@ -375,11 +402,12 @@ impl<'a> Controller<'a> {
         true
     }
 
-    fn accept_segment(&mut self, next: &crate::geometry::PathSegment) -> bool {
+    #[inline(never)]
+    fn accept_segment(&mut self, next: &crate::geometry::PathSegment) {
         if let Some(axis) = self.travel.outside(self.config, &next.segment) {
             let letter = char::from(self.config.axes[axis].letter);
             self.refuse(next.block, message::TRAVEL, &[&letter]);
-            return true;
+            return;
         }
         self.order = SegmentOrder {
             feed: next.feed,
@@ -391,12 +419,15 @@ impl<'a> Controller<'a> {
             Ok(()) => self.path_end = next.segment.end,
             Err(error) => self.refuse_curve(next.block, error),
         }
-        true
     }
 
     /// Works on the command in front.
-    fn command(&mut self, command: &Command) -> bool {
-        match command {
+    #[inline(never)]
+    fn command(&mut self) -> bool {
+        let Some(command) = self.commands.front().copied() else {
+            return false;
+        };
+        match &command {
             Command::Message(text) => self.say(format_args!("[MSG:{text}]\r\n")),
             Command::Move(block) => match self.builder.push(self.config, block) {
                 Ok(()) => {
@@ -417,12 +448,12 @@ impl<'a> Controller<'a> {
                     return true;
                 }
                 let mut passed = Ok(());
-                if *command == Command::ProgramEnd {
+                if command == Command::ProgramEnd {
                     let mut meanwhile = || while self.planner.advance(self.config) {};
                     passed = self.compensator.finish(self.config, &mut meanwhile);
                 }
                 let passed =
-                    passed.and_then(|()| self.compensator.push_command(self.config, *command));
+                    passed.and_then(|()| self.compensator.push_command(self.config, command));
                 if let Err(error) = passed {
                     return self.refuse_compensation(&error);
                 }
@@ -442,7 +473,11 @@ impl<'a> Controller<'a> {
     }
 
     /// Works on the command that acts where the path now ends.
-    fn stand_still(&mut self, command: &Command, wait: Wait, now: Tick) -> bool {
+    #[inline(never)]
+    fn stand_still(&mut self, now: Tick) -> bool {
+        let Some((command, wait)) = self.standstill else {
+            return false;
+        };
         match wait {
             Wait::Standstill => {
                 if self.planner.has_pending() {
@@ -452,7 +487,7 @@ impl<'a> Controller<'a> {
                 if !self.planner.is_idle() || self.planner.is_holding() {
                     return false;
                 }
-                self.at_standstill(command, now);
+                self.at_standstill(&command, now);
                 true
             }
             Wait::Until(tick) if now < tick => false,
@@ -531,6 +566,7 @@ impl<'a> Controller<'a> {
         self.interpreter.set_position(nano);
     }
 
+    #[inline(never)]
     fn advance_reset(&mut self) -> bool {
         match self.reset {
             Reset::Stopping => {
@@ -564,6 +600,7 @@ impl<'a> Controller<'a> {
         }
     }
 
+    #[inline(never)]
     fn report_status(&mut self) {
         let status = report::Status {
             state: self.state(),
