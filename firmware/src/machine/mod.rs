@@ -97,7 +97,7 @@ impl<T> Place<T> {
 /// Storage of the two halves. Make it static on a board.
 pub struct Core {
     stages: Stages,
-    nodes: Place<Nodes>,
+    nodes: Nodes,
     segments: Queue<ServoSegment, NODES>,
     pieces: Queue<Piece, PIECES>,
     requests: Queue<Request, REQUESTS>,
@@ -110,7 +110,7 @@ impl Core {
     pub const fn new() -> Self {
         Self {
             stages: Stages::empty(),
-            nodes: Place::empty(),
+            nodes: Nodes::new(),
             segments: Queue::new(),
             pieces: Queue::new(),
             requests: Queue::new(),
@@ -123,8 +123,13 @@ impl Core {
         let (segments_in, segments_out) = self.segments.split();
         let (pieces_in, pieces_out) = self.pieces.split();
         let (requests_in, requests_out) = self.requests.split();
-        let nodes = self.nodes.fill(Nodes::new);
-        let planner = Planner::new(segments_in, pieces_in, requests_out, &self.shared, nodes);
+        let planner = Planner::new(
+            segments_in,
+            pieces_in,
+            requests_out,
+            &self.shared,
+            &mut self.nodes,
+        );
         (
             Controller::new(config, planner, &self.shared, &mut self.stages),
             Servo::new(segments_out, pieces_out, requests_in, &self.shared, config),

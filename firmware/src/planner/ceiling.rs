@@ -241,7 +241,9 @@ impl<'a> Stretch<'a> {
                 let whole = |jerk: f32| (at.a - goal) / jerk;
                 let step = STEP * (at.a - floor).max(0.2 * limit.up.min(limit.down)) / jerk;
                 let change = CHANGE * at.v / at.a.abs();
-                let part = whole(jerk).min(step.min(change).max(0.5 / self.hz)).min(half);
+                let part = whole(jerk)
+                    .min(step.min(change).max(0.5 / self.hz))
+                    .min(half);
                 // What jerk there is changes on the way.
                 let then = at.after(jerk, part);
                 let then = PREDICTED * self.jerk(node, then.v, then.a, 1.0).down;
@@ -275,7 +277,8 @@ impl<'a> Stretch<'a> {
             let next = self.nodes.get(at.node);
             at.left = next.length;
             // Around the joint only what both sides allow and the joint leaves.
-            let both = node.exit_share * jerk.min(PREDICTED * self.jerk(next, at.v, at.a, 1.0).down);
+            let both =
+                node.exit_share * jerk.min(PREDICTED * self.jerk(next, at.v, at.a, 1.0).down);
             at.a += (jerk - both) * AROUND / self.hz;
             if at.v > next.start.v * SLACK {
                 return false;

@@ -4,6 +4,7 @@
 //! `q' v`, `q' a + q'' v^2` and `q' j + 3 q'' v a + q''' v^3` (chain rule). What the curve terms leave of the axis
 //! limits is free for changing speed, and it is the more the slower the motion is: limits are functions of v.
 
+use super::span::Span;
 use crate::config::Config;
 use crate::geometry::arc::{PathDerivatives, PathShape};
 use crate::units::{sqrt, AxisVec, AXES};
@@ -55,15 +56,13 @@ impl Rates {
 /// Limits on path motion within one segment: mm (or degree), s.
 ///
 /// Derivatives of the axes are ranges with their signs: which way an axis is bent decides whether braking or speeding
-/// up is limited.
+/// up is limited. They are a little wider than the segment's own ([`Span`]): there are many of these.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CurveLimits {
     /// Largest velocity.
     pub v: f32,
-    /// Least q', q'' and q''' of the axes.
-    low: [AxisVec; 3],
-    /// Largest.
-    high: [AxisVec; 3],
+    /// q', q'' and q''' of the axes.
+    ranges: [[Span; AXES]; 3],
     /// Share of the acceleration that the joints leave.
     share: AxisVec,
 }
@@ -115,10 +114,16 @@ impl CurveLimits {
     /// Nothing may move.
     pub const NONE: Self = Self {
         v: 0.0,
-        low: [[0.0; AXES]; 3],
-        high: [[0.0; AXES]; 3],
+        ranges: [[Span::ZERO; AXES]; 3],
         share: [0.0; AXES],
     };
+
+    /// q', q'' and q''' of axis `i`.
+    #[inline]
+    fn of_axis(&self, i: usize) -> [Span; 3] {
+        let [first, second, third] = &self.ranges;
+        [first[i], second[i], third[i]]
+    }
 
     /// Accelerations allowed at velocity `v`: `|q' a + q'' v^2|` within the acceleration of every axis, and
     /// `|3 q'' v a + q''' v^3|` within what jerk leaves, so that it can be changed again.
@@ -129,15 +134,15 @@ impl CurveLimits {
         let cube = square * v;
         let mut range = Range::ALL;
         for i in 0..AXES {
-            let [low, high] = [&self.low, &self.high];
+            let [first, second, third] = self.of_axis(i);
             let rate = self.share[i] * rates.a[i];
-            let below = (rate + square * low[1][i]).max(0.0);
-            let above = (rate - square * high[1][i]).max(0.0);
-            range.keep(low[0][i], high[0][i], below, above);
+            let below = (rate + square * second.low()).max(0.0);
+            let above = (rate - square * second.high()).max(0.0);
+            range.keep(first.low(), first.high(), below, above);
             let rate = NEUTRAL_SHARE * rates.j[i];
-            let below = (rate + cube * low[2][i]).max(0.0);
-            let above = (rate - cube * high[2][i]).max(0.0);
-            range.keep(thrice * low[1][i], thrice * high[1][i], below, above);
+            let below = (rate + cube * third.low()).max(0.0);
+            let above = (rate - cube * third.high()).max(0.0);
+            range.keep(thrice * second.low(), thrice * second.high(), below, above);
         }
         range
     }
@@ -150,13 +155,13 @@ impl CurveLimits {
         let (cross, cube) = (3.0 * v * a, v * v * v);
         let mut range = Range::ALL;
         for i in 0..AXES {
-            let [low, high] = [&self.low, &self.high];
-            let (x, y) = (cross * low[1][i], cross * high[1][i]);
+            let [first, second, third] = self.of_axis(i);
+            let (x, y) = (cross * second.low(), cross * second.high());
             let rate = share * rates.j[i];
             let floor = LEAST_JERK * rates.j[i];
-            let below = (rate + x.min(y) + cube * low[2][i]).max(floor);
-            let above = (rate - x.max(y) - cube * high[2][i]).max(floor);
-            range.keep(low[0][i], high[0][i], below, above);
+            let below = (rate + x.min(y) + cube * third.low()).max(floor);
+            let above = (rate - x.max(y) - cube * third.high()).max(floor);
+            range.keep(first.low(), first.high(), below, above);
         }
         range
     }
@@ -203,9 +208,7 @@ impl Joint {
     pub const STOP: Self = Self {
         v: 0.0,
         share: 1.0,
-        cost: JointCost {
-            a: [0.0; AXES],
-        },
+        cost: JointCost { a: [0.0; AXES] },
     };
 }
 
@@ -265,10 +268,16 @@ pub fn curve_limits(
         let taken = joints[0].a[i].max(joints[1].a[i]);
         1.0 - taken / config.axes[i].a_max
     });
+    let span = |low: &AxisVec, high: &AxisVec| -> [Span; AXES] {
+        core::array::from_fn(|i| Span::new(low[i], high[i]))
+    };
     CurveLimits {
         v,
-        low: [low.first, low.second, low.third],
-        high: [high.first, high.second, high.third],
+        ranges: [
+            span(&low.first, &high.first),
+            span(&low.second, &high.second),
+            span(&low.third, &high.third),
+        ],
         share,
     }
 }

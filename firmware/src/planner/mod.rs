@@ -12,6 +12,7 @@ pub mod limits;
 pub mod nodes;
 pub mod profile;
 mod scarce;
+pub mod span;
 pub mod tempo;
 
 use core::sync::atomic::Ordering::{Acquire, Relaxed, Release};
@@ -26,9 +27,7 @@ use crate::machine::Event;
 use crate::units::Position;
 use ceiling::Branch;
 use change::Pace;
-use limits::{
-    curve_limits, joint, velocity_limit, Joint, JointCost, Rates, ROUNDING,
-};
+use limits::{curve_limits, joint, velocity_limit, Joint, JointCost, Rates, ROUNDING};
 use nodes::{Node, Nodes};
 use profile::{Decision, View};
 use scarce::Supply;
@@ -339,6 +338,9 @@ impl<'a> Planner<'a> {
     }
 
     /// Plans at most one decision further; `true` if something was done.
+    ///
+    /// Never inlined: it is called from below other stages' frames too.
+    #[inline(never)]
     pub fn advance(&mut self, config: &Config) -> bool {
         let more = self.decide(config);
         let current = self.generation == self.shared.generation.load(Acquire);

@@ -7,8 +7,9 @@ use super::tempo::Passing;
 /// Segments the window can hold. A power of two; includes those already planned but not yet driven.
 pub const NODES: usize = 256;
 
-/// One segment as the planner sees it.
+/// One segment as the planner sees it. Words are enough for the alignment of what lies in the window.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(packed(4))]
 pub struct Node {
     /// Length, Q10.54.
     pub length_q: i64,
@@ -38,13 +39,21 @@ pub struct Node {
     pub start: Branch,
 }
 
+/// Where there is no node.
 const EMPTY: Node = Node {
+    exit_share: 1.0,
+    stop: true,
+    ..UNUSED
+};
+
+/// A place in the ring that holds none: all zeros, so that a static ring needs neither flash nor a copy on the stack.
+const UNUSED: Node = Node {
     length_q: 0,
     length: 0.0,
     limits: CurveLimits::NONE,
     exit_v: 0.0,
-    exit_share: 1.0,
-    stop: true,
+    exit_share: 0.0,
+    stop: false,
     brisk: false,
     curve_v: 0.0,
     programmed_v: 0.0,
@@ -66,7 +75,7 @@ impl Nodes {
     #[must_use]
     pub const fn new() -> Self {
         Self {
-            ring: [EMPTY; NODES],
+            ring: [UNUSED; NODES],
             head: 0,
             len: 0,
         }
@@ -129,5 +138,15 @@ impl Nodes {
 impl Default for Nodes {
     fn default() -> Self {
         Self::new()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn node_takes_no_more_than_a_hundred_bytes() {
+        assert!(size_of::<Node>() <= 100, "{}", size_of::<Node>());
     }
 }

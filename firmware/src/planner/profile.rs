@@ -14,9 +14,6 @@ use crate::interpolator::{widen, PathState, T_FRAC};
 /// Longest piece, ticks.
 const TICKS_MAX: u32 = 10;
 
-/// Acceleration counts as none if it is below this share of what one tick of jerk changes.
-const NO_ACCELERATION: f32 = 0.1;
-
 /// From this share of the velocity limit on the motion cruises: closing the rest would only dither.
 const CRUISE: f32 = 1.0 - 5.0e-5;
 
@@ -143,11 +140,7 @@ impl View<'_> {
 
     fn ceiling_at(&self, at: &Motion) -> Branch {
         let stretch = self.stretch();
-        stretch.before(
-            self.nodes.get(at.node),
-            stretch.behind(at.node),
-            at.left,
-        )
+        stretch.before(self.nodes.get(at.node), stretch.behind(at.node), at.left)
     }
 
     /// The stop at the end of the stretch under the ceiling, if it is a programmed one.
@@ -246,7 +239,10 @@ impl View<'_> {
         // Deceleration can be let go of before the motion is over.
         let node = self.nodes.get(at.node);
         let stretch = self.stretch();
-        let up = stretch.jerk(node, v, a, 1.0).up.min(stretch.jerk(node, 0.0, 0.0, 1.0).up);
+        let up = stretch
+            .jerk(node, v, a, 1.0)
+            .up
+            .min(stretch.jerk(node, 0.0, 0.0, 1.0).up);
         let stops = a < 0.0 && a * a > 2.0 * up * v;
         (!stops && self.allows(at.node, v, a, jerk, 1.0)).then_some(at)
     }
@@ -305,7 +301,8 @@ impl View<'_> {
         }
         let (a_max, j_max) = (limit.up.min(limit.down), up.min(down));
         let top = node.limits.v;
-        let cruising = start.v >= top * CRUISE && start.a.abs() <= 0.1 * (1.0 - CRUISE) * start.v * self.hz;
+        let cruising =
+            start.v >= top * CRUISE && start.a.abs() <= 0.1 * (1.0 - CRUISE) * start.v * self.hz;
         // Short against the time the acceleration takes to build up.
         let steady = cruising || (start.a >= 0.999 * limit.up && node.brisk);
         let scale = (a_max / j_max).min(crate::units::sqrt(start.v / j_max));
@@ -502,7 +499,8 @@ impl View<'_> {
             .map(move |more| core::array::from_fn(|i| whole[i] + more[i]));
         // Where little more is left than letting go, three even phases need the least jerk.
         let sum = whole[0] + whole[1] + whole[2];
-        let even = (sum.max(5) - 2..sum + EVEN_MORE).map(|sum| [sum / 3, sum - 2 * (sum / 3), sum / 3]);
+        let even =
+            (sum.max(5) - 2..sum + EVEN_MORE).map(|sum| [sum / 3, sum - 2 * (sum / 3), sum / 3]);
         nearly
             .chain(even)
             .filter_map(|ticks| land(&self.state, stop.distance_q, ticks))
@@ -571,9 +569,7 @@ impl View<'_> {
                     let passed = self.nodes.get(node);
                     next.s -= widen(passed.length_q);
                     node += 1;
-                    if passed.stop
-                        || v > passed.exit_v * 1.0001
-                        || !keeps(node, passed.exit_share)
+                    if passed.stop || v > passed.exit_v * 1.0001 || !keeps(node, passed.exit_share)
                     {
                         return None;
                     }

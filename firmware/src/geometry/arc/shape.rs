@@ -104,10 +104,7 @@ impl PathShape {
             let (mut low, mut high) = (AxisVec::default(), AxisVec::default());
             for a in 0..AXES {
                 let d: [f32; SAMPLES] = core::array::from_fn(|i| at[i][order][a]);
-                let (mut least, mut most) = (
-                    d[0].min(d[SAMPLES - 1]),
-                    d[0].max(d[SAMPLES - 1]),
-                );
+                let (mut least, mut most) = (d[0].min(d[SAMPLES - 1]), d[0].max(d[SAMPLES - 1]));
                 for i in 1..SAMPLES - 1 {
                     // A parabola through three samples peaks at most 1/8 of their second difference beyond the middle
                     // one; twice that covers what the next terms of the series add.

@@ -280,6 +280,8 @@ impl<'a> Controller<'a> {
     }
 
     /// Does one bounded piece of background work at tick `now`; `true` if there may be more to do now.
+    ///
+    /// What it calls is never inlined: one frame for all of it would lie below the deepest of it.
     pub fn poll(&mut self, now: Tick) -> bool {
         if self.received {
             self.received = false;
@@ -319,36 +321,17 @@ impl<'a> Controller<'a> {
         if let Some(next) = self.rounder.pop() {
             return self.accept_segment(&next);
         }
-        if let Some((command, wait)) = self.standstill {
-            return self.stand_still(&command, wait, now);
+        if self.standstill.is_some() {
+            return self.stand_still(now);
         }
-        // The interrupt must not run out of pieces while a contour is worked out.
-        let mut meanwhile = || while self.planner.advance(self.config) {};
-        match self.compensator.next(self.config, &mut meanwhile) {
-            Ok(None) => {}
-            Ok(Some(Output::Segment(next))) => return self.round(&next),
-            Ok(Some(Output::Command(command))) => {
-                self.rounder.finish(true);
-                self.standstill = Some((command, Wait::Standstill));
-                return true;
-            }
-            Err(error) => return self.refuse_compensation(&error),
-        }
-        if let Some(next) = self.builder.next(self.config) {
-            let mut meanwhile = || while self.planner.advance(self.config) {};
-            let taken = self
-                .compensator
-                .push_segment(self.config, &next, &mut meanwhile);
-            if let Err(error) = taken {
-                self.refuse_compensation(&error);
-            }
+        if self.compensated() || self.built() {
             return true;
         }
         if let Some(error) = self.builder.take_failure() {
             return self.refuse_geometry(&error);
         }
-        if let Some(command) = self.commands.front().copied() {
-            return self.command(&command);
+        if !self.commands.is_empty() {
+            return self.command();
         }
         if self.answer_due {
             if !self.wire.can_answer() {
@@ -358,17 +341,60 @@ impl<'a> Controller<'a> {
             self.say(format_args!("ok\r\n"));
             return true;
         }
-        if self.wire.can_answer() {
-            if let Some(line) = self.wire.take_line() {
-                self.last_text = now;
-                self.line(&line);
-                return true;
-            }
+        if self.wire.can_answer() && self.take_line(now) {
+            return true;
         }
         self.starve(now)
     }
 
+    /// Takes a line, if a whole one is there.
+    #[inline(never)]
+    fn take_line(&mut self, now: Tick) -> bool {
+        let Some(line) = self.wire.take_line() else {
+            return false;
+        };
+        self.last_text = now;
+        self.line(&line);
+        true
+    }
+
+    /// Takes what the compensation lets go, if there is something.
+    #[inline(never)]
+    fn compensated(&mut self) -> bool {
+        // The interrupt must not run out of pieces while a contour is worked out.
+        let mut meanwhile = || while self.planner.advance(self.config) {};
+        match self.compensator.next(self.config, &mut meanwhile) {
+            Ok(None) => return false,
+            Ok(Some(Output::Segment(next))) => return self.round(&next),
+            Ok(Some(Output::Command(command))) => {
+                self.rounder.finish(true);
+                self.standstill = Some((command, Wait::Standstill));
+            }
+            Err(error) => {
+                self.refuse_compensation(&error);
+            }
+        }
+        true
+    }
+
+    /// Hands a curve that geometry has finished to the compensation, if there is one.
+    #[inline(never)]
+    fn built(&mut self) -> bool {
+        let Some(next) = self.builder.next(self.config) else {
+            return false;
+        };
+        let mut meanwhile = || while self.planner.advance(self.config) {};
+        let taken = self
+            .compensator
+            .push_segment(self.config, &next, &mut meanwhile);
+        if let Err(error) = taken {
+            self.refuse_compensation(&error);
+        }
+        true
+    }
+
     /// Nothing to do but wait for text. If none comes, the path ends here for now.
+    #[inline(never)]
     fn starve(&mut self, now: Tick) -> bool {
         if now.saturating_sub(self.last_text) < Tick::from(self.config.starve_ticks) {
             return false;
@@ -405,6 +431,7 @@ impl<'a> Controller<'a> {
         self.rounder.finish(true).is_some()
     }
 
+    #[inline(never)]
     fn split(&mut self) -> bool {
         if !self.planner.has_room() {
             return false;
@@ -454,8 +481,12 @@ impl<'a> Controller<'a> {
     }
 
     /// Works on the command in front.
-    fn command(&mut self, command: &Command) -> bool {
-        match command {
+    #[inline(never)]
+    fn command(&mut self) -> bool {
+        let Some(command) = self.commands.front().copied() else {
+            return false;
+        };
+        match &command {
             Command::Message(text) => self.say(format_args!("[MSG:{text}]\r\n")),
             Command::Move(block) => match self.builder.push(self.config, block) {
                 Ok(()) => {
@@ -476,12 +507,12 @@ impl<'a> Controller<'a> {
                     return true;
                 }
                 let mut passed = Ok(());
-                if *command == Command::ProgramEnd {
+                if command == Command::ProgramEnd {
                     let mut meanwhile = || while self.planner.advance(self.config) {};
                     passed = self.compensator.finish(self.config, &mut meanwhile);
                 }
                 let passed =
-                    passed.and_then(|()| self.compensator.push_command(self.config, *command));
+                    passed.and_then(|()| self.compensator.push_command(self.config, command));
                 if let Err(error) = passed {
                     return self.refuse_compensation(&error);
                 }
@@ -503,7 +534,11 @@ impl<'a> Controller<'a> {
     }
 
     /// Works on the command that acts where the path now ends.
-    fn stand_still(&mut self, command: &Command, wait: Wait, now: Tick) -> bool {
+    #[inline(never)]
+    fn stand_still(&mut self, now: Tick) -> bool {
+        let Some((command, wait)) = self.standstill else {
+            return false;
+        };
         match wait {
             Wait::Standstill => {
                 if self.planner.has_pending() {
@@ -513,7 +548,7 @@ impl<'a> Controller<'a> {
                 if !self.planner.is_idle() || self.planner.is_holding() {
                     return false;
                 }
-                self.at_standstill(command, now);
+                self.at_standstill(&command, now);
                 true
             }
             Wait::Until(tick) if now < tick => false,
@@ -592,6 +627,7 @@ impl<'a> Controller<'a> {
         self.interpreter.set_position(nano);
     }
 
+    #[inline(never)]
     fn advance_reset(&mut self) -> bool {
         match self.reset {
             Reset::Stopping => {
@@ -626,6 +662,7 @@ impl<'a> Controller<'a> {
         }
     }
 
+    #[inline(never)]
     fn report_status(&mut self) {
         let status = report::Status {
             state: self.state(),
