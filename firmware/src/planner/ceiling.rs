@@ -15,6 +15,9 @@ use crate::units::sqrt;
 /// The ceiling is made with this share of the limits; the rest is for what whole ticks and rounding cost.
 pub const PREDICTED: f32 = 0.98;
 
+/// And with this share of them where it ends: whole ticks cost more there.
+const LANDING: f32 = 0.95;
+
 /// Slack on comparisons, relative.
 pub const SLACK: f32 = 1.0 + 5.0e-5;
 
@@ -174,22 +177,19 @@ impl<'a> Stretch<'a> {
         if !(x > 0.0) {
             return from;
         }
+        let share = if v > 0.0 { PREDICTED } else { LANDING };
         // Deceleration comes down to `d` with jerk upwards: what is allowed of it where it begins and where it ends.
-        let first = PREDICTED * self.jerk(node, v, -d, 1.0).up;
+        let first = share * self.jerk(node, v, -d, 1.0).up;
         let lowest = self.acceleration(node, v).down;
         let time = bound(v, d, first, x, f32::MAX);
         let high = (v + time * (d + 0.5 * first * time))
             .min(sqrt(v * v + 2.0 * lowest.max(d) * x))
             .min(node.limits.v);
-        let most = PREDICTED * lowest.min(self.acceleration(node, high).down);
+        let most = share * lowest.min(self.acceleration(node, high).down);
         let there = self.jerk(node, high, -(d + first * time).min(most), 1.0);
-        let jerk = first.min(PREDICTED * there.up);
+        let jerk = first.min(share * there.up);
         // Behind, more deceleration may be allowed than here: less of it, first.
-        let bend = if most < d {
-            -PREDICTED * there.down
-        } else {
-            jerk
-        };
+        let bend = if most < d { -share * there.down } else { jerk };
         let rise = (most - d) / bend;
         let covered = rise * (v + rise * (0.5 * d + bend * rise * (1.0 / 6.0)));
         if covered > x {
