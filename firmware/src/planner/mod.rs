@@ -133,6 +133,7 @@ impl<'a> Planner<'a> {
     }
 
     /// Takes the next segment of the path. The caller has checked [`Self::has_room`].
+    #[inline(never)]
     pub fn push(&mut self, config: &Config, driven: &Driven, order: SegmentOrder) {
         let Driven {
             segment,
