@@ -276,7 +276,8 @@ impl<'a> Planner<'a> {
 
     fn decide(&mut self, config: &Config) -> bool {
         let driven = self.shared.sequence.load(Acquire);
-        while self.first != driven && !self.nodes.is_empty() && self.cursor > 0 {
+        // The node before the planned state stays: decisions look back at it, and must not depend on what has been driven.
+        while self.first != driven && !self.nodes.is_empty() && self.cursor > 1 {
             self.nodes.pop();
             self.first = self.first.wrapping_add(1);
             self.cursor -= 1;
