@@ -195,6 +195,7 @@ impl<'a> Planner<'a> {
     }
 
     /// Takes the next segment of the path. The caller has checked [`Self::has_room`].
+    #[inline(never)]
     pub fn push(&mut self, config: &Config, driven: &Driven, order: SegmentOrder) {
         let Driven {
             segment,
@@ -354,7 +355,8 @@ impl<'a> Planner<'a> {
 
     fn decide(&mut self, config: &Config) -> bool {
         let driven = self.shared.sequence.load(Acquire);
-        while self.first != driven && !self.nodes.is_empty() && self.cursor > 0 {
+        // The node before the planned state stays: decisions look back at it, and must not depend on what has been driven.
+        while self.first != driven && !self.nodes.is_empty() && self.cursor > 1 {
             self.nodes.pop();
             self.first = self.first.wrapping_add(1);
             self.cursor -= 1;

@@ -103,6 +103,7 @@ impl Measure {
 }
 
 /// Makes a segment of `piece`, which is a straight line if `line` says so.
+#[inline(never)]
 pub fn build(units: &Units, format: &Format, piece: &Piece, line: bool, block: u32) -> Built {
     let delta = piece.delta(units);
     let measure = Measure::new(piece, units, &delta);
@@ -205,6 +206,7 @@ const LOBATTO: [(f32, f32); 3] = [
 ];
 
 /// A piece that turns.
+#[inline(never)]
 fn curve(
     units: &Units,
     format: &Format,

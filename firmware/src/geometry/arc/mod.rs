@@ -152,6 +152,7 @@ impl ArcSplitter {
     ///
     /// # Errors
     /// [`ArcError::Cusp`] if the feed tolerance cannot be met; the rest of the curve is dropped.
+    #[inline(never)]
     pub fn next(&mut self, _: &Config) -> Result<Option<Driven>, ArcError> {
         if let Some(driven) = self.next_part() {
             return Ok(Some(driven));

@@ -21,6 +21,7 @@ pub struct Parts {
 
 impl Parts {
     /// `parts` (2 or more) parts of a straight `piece`, each `length` (Q10.54) long.
+    #[inline(never)]
     pub fn new(
         format: &Format,
         piece: &Piece,
