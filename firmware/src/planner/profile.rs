@@ -42,6 +42,9 @@ const ABOVE: f32 = 1.02;
 /// Most of the limits that a forced landing takes.
 const MOST_FORCE: f32 = 4.0;
 
+/// Ticks below which a landing is tried however bent the way is.
+const SHORT: f32 = 80.0;
+
 /// Share of the jerk at standstill above which a way counts as straight.
 const UNBENT: f32 = 0.9;
 
@@ -456,7 +459,8 @@ impl View<'_> {
             // What the limits really are on the way, the trial run below knows.
             (if ticks < 24.0 { 0.2 } else { 0.85 }, MOST_ALONG)
         } else {
-            (1.0 - GENTLE - 4.0 / ticks.max(8.0), 0.995)
+            let most = if ticks < SHORT { MOST_ALONG } else { 0.995 };
+            (1.0 - GENTLE - 4.0 / ticks.max(8.0), most)
         };
         if m.a < 0.0 && m.v > 0.0 {
             // With less, letting go of the deceleration takes more velocity than there is.
@@ -464,7 +468,7 @@ impl View<'_> {
         }
         let distance = stop.distance + m.v / self.hz;
         if !(stop.distance > 0.0)
-            || !(along || stop.limits.j > UNBENT * stop.rest_j)
+            || !(along || ticks < SHORT || stop.limits.j > UNBENT * stop.rest_j)
             || reach(low).distance < distance
             || reach(high).distance > distance
         {
