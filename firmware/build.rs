@@ -287,9 +287,11 @@ fn axis_code(axis: &Table) -> Result<String, String> {
     for key in ["v_max", "a_max", "j_max", "corner_step"] {
         put(w, &format!("{key}: {},\n", single(number(axis, key)?)));
     }
-    let tolerance = axis.get("rounding_tolerance").map_or(Some(0.01), float);
-    let tolerance = tolerance.ok_or("rounding_tolerance: a number")?;
-    put(w, &format!("rounding_tolerance: {},\n", single(tolerance)));
+    let tolerance = match axis.get("rounding_tolerance") {
+        Some(value) => single(float(value).ok_or("rounding_tolerance: a number")?),
+        None => "crate::config::ROUNDING_TOLERANCE".to_owned(),
+    };
+    put(w, &format!("rounding_tolerance: {tolerance},\n"));
     put(w, &format!("travel_min: {},\n", nano(travel[0])));
     put(w, &format!("travel_max: {},\n", nano(travel[1])));
     put(w, "},\n");

@@ -5,6 +5,8 @@
 use crate::nc::command::{BoundaryCondition, Plane};
 use crate::units::{Nano, Steps, AXES, NANO_PER_UNIT};
 
+/// [`AxisConfig::rounding_tolerance`] of an axis whose machine file gives none, mm or degree.
+pub const ROUNDING_TOLERANCE: f32 = 0.01;
 /// Tools a machine file can name, and the tool table of the core holds.
 pub const TOOLS: usize = 16;
 /// Settable zero offsets: `G54` to `G57`.
@@ -85,6 +87,7 @@ pub struct AxisConfig {
     /// Velocity step allowed at a corner under `G64`, mm/s or degree/s; 0 asks for an exact stop.
     pub corner_step: f32,
     /// Furthest this axis may leave the programmed path where `G642` rounds a corner, mm or degree; 0: corners stay.
+    /// [`ROUNDING_TOLERANCE`] where the machine file says nothing.
     pub rounding_tolerance: f32,
     /// Lower end of travel, machine coordinates.
     pub travel_min: Nano,

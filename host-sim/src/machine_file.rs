@@ -7,7 +7,7 @@ use std::cmp::Ordering;
 use std::path::Path;
 use std::sync::Arc;
 
-use pentaspline::config::{AxisConfig, AxisKind, Config, ZERO_OFFSETS};
+use pentaspline::config::{AxisConfig, AxisKind, Config, ROUNDING_TOLERANCE, ZERO_OFFSETS};
 use pentaspline::stepgen::SLOTS;
 use pentaspline::units::{Nano, Steps, AXES, NANO_PER_UNIT};
 use serde::Deserialize;
@@ -21,8 +21,6 @@ mod language;
 /// The TAJMAC-ZPS MCV 1210, in force unless `--machine` names another file.
 pub const BUILT_IN: &str = include_str!("../../machines/mcv1210.toml");
 
-/// `rounding_tolerance` of an axis that has none, mm or degree.
-const ROUNDING_TOLERANCE: f64 = 0.01;
 /// Name under which errors in the built-in file are shown.
 const BUILT_IN_NAME: &str = "machines/mcv1210.toml (built in)";
 
@@ -342,7 +340,8 @@ impl Reader<'_> {
             ));
         }
         let rounding_tolerance = raw.rounding_tolerance.as_ref();
-        let tolerance = rounding_tolerance.map_or(ROUNDING_TOLERANCE, |value| *value.get_ref());
+        let tolerance =
+            rounding_tolerance.map_or(f64::from(ROUNDING_TOLERANCE), |value| *value.get_ref());
         if !(0.0..=10.0).contains(&tolerance) {
             return Err(self.refuse(
                 rounding_tolerance.map_or_else(|| raw.travel.span(), Spanned::span),

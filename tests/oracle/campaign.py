@@ -31,7 +31,7 @@ HERE = Path(__file__).resolve().parent
 MACHINE = HERE.parents[1] / "machines" / "mcv1210.toml"
 SIM = HERE.parents[1] / "target" / "release" / "host-sim"
 
-# Longest run of the simulator, s. The slowest program takes a tenth of it.
+# Longest run of the simulator, s: a program that takes longer counts as one that does not end.
 PATIENCE = 60
 
 # Feed below which a motion backwards is the rounding of ten decimals.
@@ -79,21 +79,17 @@ def program(seed, number):
 
 
 def events(seed, number, ticks, count):
-    """`count` holds and their resumes, in order, over `ticks`."""
+    """Ticks of `count` holds and of the resume behind each, in order, spread over `ticks`; a resume may come while still braking."""
     rng = random.Random(seed * 7_368_787 + number)
-    # Where a hold comes to rest it may still be braking when the next tick of the list comes; so they are well apart.
     return sorted(rng.sample(range(1, max(ticks, 4 * count)), 2 * count))
 
 
-def judge(stem, brisk, steps):
-    """Complaints about one run, ticks it took and its final steps."""
+def judge(stem, brisk):
+    """Complaints about one run, ticks it took, its final steps and the largest share used of each kind of limit."""
     trace = trace_file.read_trace(f"{stem}.csv")
     summary = trace_file.read_summary(f"{stem}.json")
-    near = check_trace.near_corners(trace.block)
-    free = near[:, None] & (np.array(steps(summary)) > 0.0)
-    table, over = check_trace.check_limits(trace, summary, (0.005, 0.005, 0.02), brisk, free)
-    problems = check_trace.check_rows(trace, summary) + over
-    problems += check_trace.check_corners(trace, summary, steps(summary), near, 0.005) + check_trace.check_final(trace, summary)
+    steps = check_trace.corner_steps(MACHINE, summary)
+    table, problems = check_trace.judge(trace, summary, steps, (0.005, 0.005, 0.02), brisk)
     if trace.feed.min() < -STILL:
         row = int(np.argmin(trace.feed))
         problems.append(f"feed {trace.feed[row]:.6f} at tick {trace.tick[row]}: backwards")
@@ -104,7 +100,7 @@ def judge(stem, brisk, steps):
     return problems, summary["ticks"], [axis["final_steps"] for axis in summary["axes"]], used
 
 
-def run(sim, text, folder, name, rows, steps):
+def run(sim, text, folder, name, rows):
     """Runs a program with the events `rows`; None if it is refused (a random arc may be), else what `judge` says."""
     stem = folder / name
     stem.with_suffix(".nc").write_text(text, encoding="ascii")
@@ -120,15 +116,15 @@ def run(sim, text, folder, name, rows, steps):
     summary = Path(f"{stem}.json")
     if not summary.is_file() or json.loads(summary.read_text(encoding="utf-8"))["outcome"] != "finished":
         return (["did not finish: " + (done.stdout + done.stderr)[-200:]], 0, [], {}) if rows else None
-    verdict = judge(stem, "BRISK" in text, steps)
+    verdict = judge(stem, "BRISK" in text)
     Path(f"{stem}.csv").unlink()
     return verdict
 
 
-def one(sim, seed, number, holds, folder, steps):
+def one(sim, seed, number, holds, folder):
     """(complaints, holds made, largest uses) of one program; None if it is refused."""
     text, name = program(seed, number), f"s{seed}_{number}"
-    calm = run(sim, text, folder, name, [], steps)
+    calm = run(sim, text, folder, name, [])
     if calm is None:
         return None
     problems, ticks, final, used = calm
@@ -136,7 +132,7 @@ def one(sim, seed, number, holds, folder, steps):
     if holds:
         at = events(seed, number, ticks, holds)
         rows = [(tick, ("hold", "resume")[k % 2]) for k, tick in enumerate(at)]
-        problems, _, held_final, more = run(sim, text, folder, f"{name}h", rows, steps)
+        problems, _, held_final, more = run(sim, text, folder, f"{name}h", rows)
         complaints += [f"{name}h: {p}" for p in problems]
         if held_final and held_final != final:
             complaints.append(f"{name}h: final steps {held_final}, without holds {final}")
@@ -157,11 +153,10 @@ def main():
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--keep", help="folder for programs that fail")
     options = parser.parse_args()
-    steps = lambda summary: check_trace.corner_steps(MACHINE, summary)
     with tempfile.TemporaryDirectory() as scratch, ThreadPoolExecutor(options.jobs) as pool:
         folder = Path(options.keep or scratch)
         folder.mkdir(parents=True, exist_ok=True)
-        jobs = [pool.submit(one, options.sim, options.seed, k, options.holds, folder, steps) for k in range(options.programs)]
+        jobs = [pool.submit(one, options.sim, options.seed, k, options.holds, folder) for k in range(options.programs)]
         ran, failed, held, most = 0, 0, 0, {}
         for job in jobs:
             result = job.result()

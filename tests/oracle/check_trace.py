@@ -165,6 +165,19 @@ def check_feed(trace, summary, tolerance, brisk):
     return gap, [f"feed {trace.feed[row + 1]:.6g} at tick {trace.tick[row + 1]}, positions move at {speed[row]:.6g}"]
 
 
+def judge(trace, summary, steps, tolerances, brisk):
+    """Everything but the feed column: (table of `check_limits`, problems).
+
+    `steps` are the corner steps of the axes, `tolerances` as in `check_limits`.
+    """
+    near = near_corners(trace.block)
+    free = near[:, None] & (np.array(steps) > 0.0)
+    table, over = check_limits(trace, summary, tolerances, brisk, free)
+    problems = check_rows(trace, summary) + over
+    problems += check_corners(trace, summary, steps, near, tolerances[0]) + check_final(trace, summary)
+    return table, problems
+
+
 def main():
     """Command line; returns the exit code."""
     parser = argparse.ArgumentParser(description="Differentiates a trace and checks it against the machine limits.")
@@ -183,11 +196,7 @@ def main():
         return 2
     share = options.tolerance / 100.0
     jerk_share = share if options.jerk_tolerance is None else options.jerk_tolerance / 100.0
-    problems = check_rows(trace, summary)
-    near = near_corners(trace.block)
-    free = near[:, None] & (np.array(steps) > 0.0)
-    table, more = check_limits(trace, summary, (share, share, jerk_share), options.brisk, free)
-    problems += more + check_corners(trace, summary, steps, near, share) + check_final(trace, summary)
+    table, problems = judge(trace, summary, steps, (share, share, jerk_share), options.brisk)
     feed_off, more = check_feed(trace, summary, share, options.brisk)
     problems += more
     print(f"{'axis':4} {'':12} {'trace':>14} {'limit':>14} {'used':>8} {'summary':>14} {'tick':>9} {'block':>6}")

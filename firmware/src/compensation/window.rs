@@ -390,11 +390,7 @@ impl Window {
                 before,
                 [crossing.u, f64::from(before.part[1])],
             );
-            for item in self.items.iter().skip(index + 1) {
-                if let Item::Piece(between) = item {
-                    ring.cover(config, self.axes, between, between.whole());
-                }
-            }
+            ring.cover_whole(config, self.axes, self.items.iter().skip(index + 1));
             ring.cover(
                 config,
                 self.axes,
@@ -593,11 +589,7 @@ impl Window {
         let (shape, whole) = (piece.shape(config, self.axes), piece.whole());
         let is_clear = |u: f64| {
             let mut ring = Ring::new(shape.at(u, whole).centre, meanwhile);
-            for item in self.items.iter().take(index) {
-                if let Item::Piece(before) = item {
-                    ring.cover(config, self.axes, before, before.whole());
-                }
-            }
+            ring.cover_whole(config, self.axes, self.items.iter().take(index));
             ring.cover(config, self.axes, piece, [whole[0], u]);
             ring.least >= radius - GOUGE
         };
@@ -634,11 +626,7 @@ impl Window {
         let is_clear = |u: f64| {
             let mut ring = Ring::new(shape.at(u, piece.whole()).centre, meanwhile);
             ring.cover(config, self.axes, piece, [u, f64::from(piece.part[1])]);
-            for item in self.items.iter().skip(index + 1) {
-                if let Item::Piece(behind) = item {
-                    ring.cover(config, self.axes, behind, behind.whole());
-                }
-            }
+            ring.cover_whole(config, self.axes, self.items.iter().skip(index + 1));
             ring.least >= radius - GOUGE
         };
         first_that(is_clear, piece.cut[1], piece.cut[0])
@@ -788,6 +776,20 @@ impl<'a> Ring<'a> {
             self.most = distance;
             self.place = at;
             self.block = block;
+        }
+    }
+
+    /// Takes all of the contour of the pieces among `items`.
+    fn cover_whole<'b>(
+        &mut self,
+        config: &Config,
+        axes: [usize; 2],
+        items: impl Iterator<Item = &'b Item>,
+    ) {
+        for item in items {
+            if let Item::Piece(piece) = item {
+                self.cover(config, axes, piece, piece.whole());
+            }
         }
     }
 

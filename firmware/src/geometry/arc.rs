@@ -15,6 +15,7 @@
 use crate::config::{AxisKind, Config};
 use crate::units::{sqrt, AxisVec, Steps, AXES};
 
+use super::quadrature::GAUSS_5;
 use super::HermiteSegment;
 
 /// Largest relative error of the path feed inside a segment (1e-5 is 0.001 %).
@@ -24,7 +25,7 @@ pub const FEED_TOLERANCE: f32 = 1.0e-5;
 pub const S_FRAC: u32 = 54;
 
 /// Degrees per millimetre from which on the path is measured in degrees.
-const ROTARY_RATIO: f32 = 30.0;
+pub(super) const ROTARY_RATIO: f32 = 30.0;
 
 /// Longest segment in path units; longer ones are halved.
 const LENGTH_MAX: f32 = 250.0;
@@ -381,15 +382,6 @@ impl ArcSplitter {
     }
 }
 
-/// Abscissae and weights of the five-point Gauss-Legendre rule on [0, 1] (Abramowitz and Stegun, table 25.4).
-const GAUSS: [(f32, f32); 5] = [
-    (0.046_910_077, 0.118_463_44),
-    (0.230_765_34, 0.239_314_34),
-    (0.5, 0.284_444_45),
-    (0.769_234_66, 0.239_314_34),
-    (0.953_089_9, 0.118_463_44),
-];
-
 /// Pieces shorter than this are not halved for being rough.
 const ROUGH_MIN: f32 = 1.0e-3;
 
@@ -477,7 +469,7 @@ fn build(config: &Config, piece: &Piece, block: u32) -> Built {
     let length = if straight {
         curve.speed(0.0)
     } else {
-        GAUSS.iter().map(|&(u, w)| w * curve.speed(u)).sum()
+        GAUSS_5.iter().map(|&(u, w)| w * curve.speed(u)).sum()
     };
     if !(length < LENGTH_MAX) {
         return Built::Halve;

@@ -19,6 +19,7 @@
 //! whole tolerance of a circle. One call of [`Fitter::next`] evaluates the curve about ten times.
 
 use super::error::GeometryErrorKind;
+use super::quadrature::GAUSS_5;
 use crate::config::{AxisKind, Config};
 use crate::units::{sqrt, AxisVec, Position, Steps, AXES};
 
@@ -228,15 +229,6 @@ pub(crate) fn displacement(
     Ok(out)
 }
 
-/// Abscissae and weights of the five-point Gauss-Legendre rule on [0, 1] (Abramowitz and Stegun, table 25.4).
-const GAUSS: [(f32, f32); 5] = [
-    (0.046_910_077, 0.118_463_44),
-    (0.230_765_34, 0.239_314_34),
-    (0.5, 0.284_444_45),
-    (0.769_234_66, 0.239_314_34),
-    (0.953_089_9, 0.118_463_44),
-];
-
 /// Most parts a length is summed over. Next to a slope that vanishes the error falls with their square only.
 const PARTS_MAX: u16 = 256;
 
@@ -252,7 +244,7 @@ pub(crate) fn length(config: &Config, slope: impl Fn(f32) -> Option<AxisVec>) ->
         // Millimetres, degrees.
         let mut sums = [0.0_f32; 2];
         for part in 0..parts {
-            for (u, weight) in GAUSS {
+            for (u, weight) in GAUSS_5 {
                 let at = slope((f32::from(part) + u) * step)?;
                 let mut squares = [0.0_f32; 2];
                 for (axis, value) in at.iter().enumerate() {

@@ -19,6 +19,7 @@ mod g6;
 mod lazy;
 mod line;
 mod polynomial;
+mod quadrature;
 mod queue;
 mod rational;
 pub mod rounding;

@@ -210,7 +210,7 @@ pub(super) enum Action {
     Corner(Corner),
     /// `G9`.
     ExactStopOnce,
-    /// `G60` (true).
+    /// `G60`.
     ExactStop,
     /// `G64`, `G641`, `G642`.
     Continuous(Smoothing),

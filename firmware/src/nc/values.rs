@@ -14,7 +14,9 @@ const FEED_MAX: f32 = 1.0e6;
 const SPEED_MAX: f32 = 1.0e6;
 /// Longest dwell, milliseconds.
 const DWELL_MAX_MS: i64 = 100_000_000;
-/// Millimetres per inch, times ten.
+/// Millimetres per inch.
+const INCH: f32 = 25.4;
+/// The same, times ten.
 const INCH_TENTHS: u8 = 254;
 
 /// Error if the line has a word with `letter`.
@@ -44,7 +46,7 @@ pub(super) fn coordinate(value: Decimal, inch: bool) -> Option<Nano> {
 /// `ADIS`, `ADISPOS`: modal distances in mm; inch counts.
 #[inline]
 pub(super) fn settle_distances(block: &mut Block) {
-    let factor = if block.modal.inch { 25.4 } else { 1.0 };
+    let factor = if block.modal.inch { INCH } else { 1.0 };
     if let Some(distance) = block.adis {
         block.modal.distance = distance * factor;
     }
@@ -74,7 +76,7 @@ pub(super) fn settle_feed(block: &mut Block) -> Result<(), Fault> {
     let per_second = programmed / 60.0;
     block.modal.feed_rotary = per_second;
     block.modal.feed_linear = if block.modal.inch {
-        per_second * 25.4
+        per_second * INCH
     } else {
         per_second
     };

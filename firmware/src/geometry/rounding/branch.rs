@@ -4,26 +4,19 @@
 //! distance from the corner, and what is left of the segment there. Everything is relative to the corner, so that the
 //! resolution of `f32` is that of the rounding and not that of the segment.
 
+use super::super::arc::ROTARY_RATIO;
 use super::super::chord::{delta, offset};
+use super::super::quadrature::GAUSS_4;
 use super::super::segment::HermiteSegment;
 use crate::config::{AxisKind, Config};
 use crate::units::{sqrt, AxisVec, Position, AXES};
 
 /// Slopes this close to the chord (share of its largest component) are those of a line.
 const STRAIGHT: f32 = 1.0e-6;
-/// Degrees per millimetre from which on a path is measured in degrees; as in [`crate::geometry::arc`].
-const ROTARY_RATIO: f32 = 30.0;
 /// A direction needs at least this share of the segment's mean speed.
 const LEAST_SPEED: f32 = 1.0e-3;
 /// Newton steps towards a path distance.
 const STEPS: usize = 5;
-/// Gauss-Legendre points and weights on [0, 1] (Abramowitz and Stegun, 25.4.30, n = 4).
-const GAUSS: [(f32, f32); 4] = [
-    (0.069_431_84, 0.173_927_43),
-    (0.330_009_5, 0.326_072_57),
-    (0.669_990_5, 0.326_072_57),
-    (0.930_568_16, 0.173_927_43),
-];
 
 /// Which axes make up the path length.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -159,7 +152,7 @@ impl Branch {
             return w * self.counts.norm(&self.c[0]);
         }
         let speed = |(u, weight): (f32, f32)| weight * self.counts.norm(&self.slope(u * w));
-        w * GAUSS.map(speed).iter().sum::<f32>()
+        w * GAUSS_4.map(speed).iter().sum::<f32>()
     }
 
     /// The share of the segment that lies within `distance` of the corner, at most `most`.
