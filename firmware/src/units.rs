@@ -34,3 +34,19 @@ pub type Tick = u64;
 pub fn sqrt(x: f32) -> f32 {
     libm::sqrtf(x)
 }
+
+/// Commanded position of one axis as the servo interrupt keeps it: steps modulo 2^14 in Q14.50, half a step added.
+///
+/// The half makes the whole part the number of steps emitted, modulo 2^14. Neighbouring ticks lie closer together than
+/// 2^13 steps, so whoever counts the steps has lost nothing.
+pub type Phase = i64;
+
+/// Fractional bits of a [`Phase`].
+pub const PHASE_FRAC: u32 = 50;
+
+/// Phase of a position in Q32.32 steps; exact.
+#[inline]
+#[must_use]
+pub fn phase(bits: i64) -> Phase {
+    bits.wrapping_add(1 << 31) << (PHASE_FRAC - 32)
+}

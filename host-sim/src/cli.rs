@@ -122,7 +122,7 @@ pub struct RunArgs {
     /// Write a report, one self-contained HTML file.
     #[arg(long, value_name = "FILE.html")]
     pub report: Option<PathBuf>,
-    /// Play `tick,event` rows (hold, resume, reset) at exact servo ticks.
+    /// Play `tick,event` rows (hold, resume, reset, override=PERCENT, rapid=PERCENT, starve=TICKS) at exact ticks.
     #[arg(long, value_name = "FILE.csv")]
     pub events: Option<PathBuf>,
     /// Pass M0 and M1 without waiting for cycle start.

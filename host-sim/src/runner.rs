@@ -5,12 +5,12 @@
 
 use std::io;
 
+use pentaspline::machine::timetable::{Clock, Row};
 use pentaspline::machine::{Core, Event, Sample, State};
 use pentaspline::stepgen::record::FrameDigest;
 use pentaspline::stepgen::StepFrame;
 use pentaspline::units::Tick;
 
-use crate::events::TimedEvent;
 use crate::feeder::{Complaint, Feeder, Reply};
 use crate::machine_file::Machine;
 use crate::program::Program;
@@ -25,8 +25,8 @@ const MESSAGES_MAX: usize = 1000;
 pub struct Options {
     /// `M0` and `M1` do not wait.
     pub auto_start: bool,
-    /// What happens when, by tick.
-    pub events: Vec<TimedEvent>,
+    /// What happens when, in order of the clock of [`pentaspline::machine::timetable`].
+    pub events: Vec<Row>,
     /// Ticks after which the run is given up.
     pub max_ticks: Tick,
 }
@@ -126,6 +126,7 @@ pub fn run(
     let mut messages = Vec::new();
     let mut digest = FrameDigest::default();
     let mut events = options.events.iter().peekable();
+    let mut clock = Clock::new();
     let mut progress = Progress::default();
     // After an error the machine is at rest only if nothing that waits for more text can still begin to move.
     let settle = config.starve_ticks.saturating_add(config.servo_hz / 100);
@@ -133,16 +134,16 @@ pub fn run(
     let mut tick: Tick = 0;
 
     let end = loop {
-        while let Some(event) = events.next_if(|event| event.tick <= tick) {
-            controller.event(event.event);
-            match event.event {
+        while let Some(row) = events.next_if(|row| clock.is_due(row) && servo.request(row.event)) {
+            clock.acted(row.event);
+            match row.event {
                 Event::Hold => progress.held = true,
                 Event::Resume => progress.held = false,
                 Event::Reset => {
                     feeder.stop();
                     progress.ended_by.get_or_insert(End::Reset);
                 }
-                Event::Fault => {}
+                Event::Fault | Event::Feed(_) | Event::Rapid(_) | Event::Starve(_) => {}
             }
             progress.resting = 0;
         }
@@ -205,7 +206,8 @@ pub fn run(
             break progress.ended_by.take().unwrap_or(End::TimeBound);
         }
 
-        let frame = servo.tick();
+        servo.tick();
+        let frame = servo.frame().copied().unwrap_or_default();
         let sample = servo.sample();
         if sample.moving {
             digest.update(&frame);
@@ -219,6 +221,7 @@ pub fn run(
         if sample.block != 0 {
             progress.last_block = sample.block;
         }
+        clock.tick(sample.moving, controller.standing(), events.peek().copied());
         tick += 1;
     };
     Ok(Outcome {

@@ -181,7 +181,8 @@ impl Rig<'_> {
 
     /// One servo tick, recorded.
     pub fn tick(&mut self) {
-        let frame = self.servo.tick();
+        self.servo.tick();
+        let frame = self.servo.frame().copied().unwrap_or_default();
         let sample = self.servo.sample();
         if sample.moving {
             self.digest.update(&frame);

@@ -8,10 +8,11 @@ use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use host_sim::emulate::{emulate, Emulated, Options};
+use host_sim::events;
 use host_sim::program::Program;
 use host_sim::runner::{self, Observer};
 use host_sim::study;
-use pentaspline::machine::Sample;
+use pentaspline::machine::{Event, Sample};
 use pentaspline::stepgen::StepFrame;
 use pentaspline::units::{Tick, AXES};
 use whole_product_tests::examples;
@@ -32,24 +33,33 @@ impl Observer for Totals {
 }
 
 fn same_frames(name: &str) {
-    let board = same_frames_of(name, &examples::load(name));
+    let board = same_frames_of(name, &examples::load(name), "");
     println!("{name}: digest {:016x}", board.digest);
 }
 
-/// Runs `program` in the simulator and on the board; what the board did.
-fn same_frames_of(name: &str, program: &Program) -> Emulated {
+/// Runs `program` with the event file `events` in the simulator and on the board; what the board did.
+fn same_frames_of(name: &str, program: &Program, events: &str) -> Emulated {
+    let events = events::parse("events.csv", events).expect("an event file");
+    let resets = events.iter().any(|row| row.event == Event::Reset);
     let options = runner::Options {
         auto_start: true,
-        events: Vec::new(),
+        events: events.clone(),
         max_ticks: 10_000_000,
     };
     let mut totals = Totals::default();
     let host = runner::run(program, &examples::machine(), &options, &mut totals)
         .expect("the observer does not fail");
-    assert_eq!(host.end, runner::End::Finished, "{name} in the simulator");
+    let end = if resets {
+        runner::End::Reset
+    } else {
+        runner::End::Finished
+    };
+    assert_eq!(host.end, end, "{name} in the simulator");
+    assert_eq!(host.unused_events, 0, "{name}: rows behind the end");
 
     let options = Options {
         auto_start: true,
+        events,
         ..Options::default()
     };
     let board = emulate(program, &options, &mut ()).unwrap_or_else(|error| {
@@ -59,6 +69,7 @@ fn same_frames_of(name: &str, program: &Program) -> Emulated {
         )
     });
     assert_eq!(board.end, host.end, "{name} on the board");
+    assert_eq!(board.messages, host.messages, "{name}: what the two say");
     assert_eq!(board.final_steps, totals.steps, "{name}: steps");
     assert_eq!(board.ticks, totals.moving, "{name}: ticks in motion");
     assert_eq!(
@@ -93,6 +104,68 @@ same_frames! {
     wire_spellings: "wire_forms.nc"
 }
 
+/// All kinds of rows but a reset: holds that come while the machine speeds up, slows down and rests, overrides that
+/// follow each other within the time of a ramp, and a supply that fails.
+const DISTURBANCES: &str = "tick,event
+0,override=120
+500,hold
+1500,resume
+2600,override=40
+2650,override=180
+3000,rapid=30
+3900,override=0
+5000,override=90
+5600,starve=3000
+9000,hold
+10500,override=150
+10600,resume
+11200,rapid=100
+";
+
+#[test]
+fn disturbed_runs_are_the_same_on_both() {
+    for name in [
+        "long_rapid.nc",
+        "five_axis_sweep.nc",
+        "mixed_modes.nc",
+        "bspline_demo.nc",
+    ] {
+        let calm = same_frames_of(name, &examples::load(name), "");
+        let board = same_frames_of(name, &examples::load(name), DISTURBANCES);
+        println!(
+            "{name}: digest {:016x} undisturbed, {:016x} with events; {:?}",
+            calm.digest, board.digest, board.messages
+        );
+        assert_ne!(calm.digest, board.digest);
+        assert_eq!(calm.final_steps, board.final_steps);
+    }
+}
+
+#[test]
+fn a_supply_that_fails_ends_in_the_same_rest_on_both() {
+    let mut text = String::from("G64 SOFT G1 F3000\n");
+    for i in 1..=600 {
+        let x = 0.16 * f64::from(i);
+        text += &format!("X{x:.4} Y{:.4}\n", 0.75 * x);
+    }
+    let program = Program::from_text("dashes.mpf", &(text + "M30\n")).expect("a program");
+    let events = "2000,starve=20000\n4000,override=60\n6000,hold\n7000,resume\n";
+    let board = same_frames_of("dashes", &program, events);
+    let said = board.messages.iter().filter(|m| m.contains("UNDERRUN"));
+    assert_eq!(said.count(), 1, "{:?}", board.messages);
+}
+
+#[test]
+fn a_reset_leaves_both_at_the_same_place() {
+    let name = "five_axis_sweep.nc";
+    let events = "900,override=70\n4000,reset\n";
+    let board = same_frames_of(name, &examples::load(name), events);
+    println!(
+        "{name}: {:?} after {} ticks",
+        board.final_steps, board.ticks
+    );
+}
+
 /// Runs every program of the study if it is set.
 const CAMPAIGN: &str = "PENTASPLINE_CAMPAIGN";
 
@@ -122,7 +195,7 @@ fn thesis_programs_with_their_compensation_five_of_them_or_all_36_in_a_campaign(
             let program =
                 Program::load(&folder.join(name)).unwrap_or_else(|failure| panic!("{failure:?}"));
             let began = std::time::Instant::now();
-            let board = same_frames_of(name, &program);
+            let board = same_frames_of(name, &program, "");
             println!(
                 "{name}: digest {:016x}, {} ticks, stack {} bytes, {:.1} s",
                 board.digest,

@@ -115,6 +115,129 @@ fn tiny_moves_can_be_held_anywhere() {
     holds("tiny_moves.nc", 4, 40);
 }
 
+/// Positions along the program's one straight line, mm.
+fn along(config: &Config, run: &Run) -> Vec<f64> {
+    let places = run.ticks.iter().map(|tick| laws::place(config, tick));
+    places
+        .map(|p| p.iter().map(|x| x * x).sum::<f64>().sqrt())
+        .collect()
+}
+
+/// Least time to rest, s: acceleration `a` built down to `-most`, held, and let go.
+fn least_time(v: f64, a: f64, most: f64, jerk: f64) -> f64 {
+    let peak = (jerk * v + a * a / 2.0).max(0.0).sqrt();
+    if peak <= most {
+        (2.0 * peak + a) / jerk
+    } else {
+        (2.0 * most + a) / jerk + (v + (a * a / 2.0 - most * most) / jerk) / most
+    }
+}
+
+/// Holds at random instants of a straight line: within the limits from that tick on, and at rest within the least time
+/// and one tick.
+fn stops_in_the_least_time(text: &str, seed: u64) {
+    let config = examples::machine().config;
+    let calm = drive(&config, &Script::new(text));
+    let (share, end) = {
+        let end = laws::place(&config, calm.ticks.last().expect("ran"));
+        let length = end.iter().map(|x| x * x).sum::<f64>().sqrt();
+        (end.map(|x| x.abs() / length), length)
+    };
+    let most = |limit: fn(&pentaspline::config::AxisConfig) -> f32| {
+        let along = config.axes.iter().zip(share);
+        let moving = along.filter(|(_, share)| *share > 0.0);
+        moving
+            .map(|(axis, share)| f64::from(limit(axis)) / share)
+            .fold(f64::MAX, f64::min)
+    };
+    let (most_a, most_j) = (most(|axis| axis.a_max), most(|axis| axis.j_max));
+    let hz = f64::from(config.servo_hz);
+    let mut rng = Rng::new(seed);
+    let mut slowest = 0.0_f64;
+    for _ in 0..100 {
+        let at = rng.within(3, calm.ticks.len() as u64 - 4);
+        let script = Script {
+            limit: at + STOPPED,
+            ..Script::with_events(text, vec![(at, Event::Hold)])
+        };
+        let s = along(&config, &drive(&config, &script));
+        let at = at as usize;
+        let v = (s[at - 1] - s[at - 2]) * hz;
+        let a = (s[at - 1] - 2.0 * s[at - 2] + s[at - 3]) * hz * hz;
+        // Differences belong to places between ticks: velocity half a tick behind the acceleration before it.
+        let least = least_time(v - a / hz / 2.0, a, most_a, most_j) * hz;
+        let took = (at..s.len()).take_while(|&i| s[i] != s[i - 1]).count();
+        assert!(
+            s[at + took..].iter().all(|x| *x == s[at + took]),
+            "{at}: moves again"
+        );
+        assert!(s[at + took] <= end + 1e-9, "{at}: beyond the end");
+        assert!(
+            took as f64 <= least + 1.0,
+            "{at}: {took} ticks, least {least}"
+        );
+        slowest = slowest.max(took as f64 - least);
+        for i in at..(at + took + 3).min(s.len()) {
+            let a = (s[i] - 2.0 * s[i - 1] + s[i - 2]) * hz * hz;
+            let j = (s[i] - 3.0 * s[i - 1] + 3.0 * s[i - 2] - s[i - 3]) * hz * hz * hz;
+            assert!(
+                a.abs() <= 1.005 * most_a,
+                "{at}, tick {i}: acceleration {a} of {most_a}"
+            );
+            assert!(
+                j.abs() <= 1.005 * most_j,
+                "{at}, tick {i}: jerk {j} of {most_j}"
+            );
+        }
+    }
+    println!("at most {slowest:.3} ticks above the least time");
+}
+
+#[test]
+fn a_hold_on_a_straight_line_stops_in_the_least_time_and_one_tick() {
+    stops_in_the_least_time("SOFT\nG1 X40 F6000\nM30\n", 7);
+    stops_in_the_least_time("SOFT\nG1 X30 Y-40 Z10 F20000\nM30\n", 8);
+}
+
+/// The background comes so seldom that the interrupt often finds nothing planned and brakes by itself.
+#[test]
+fn a_starved_interrupt_can_be_held_anywhere() {
+    for (name, seed) in [("mixed_modes.nc", 9), ("thesis/CSPLINE_57.MPF", 10)] {
+        let case = Case::new(name);
+        let mut rng = Rng::new(seed);
+        for _ in 0..20 {
+            let at = rng.within(0, 2 * case.calm.ticks.len() as u64);
+            let resume = at + rng.within(1, STOPPED);
+            let run = drive(
+                &case.config,
+                &Script {
+                    poll_every: rng.within(101, 400),
+                    ..Script::with_events(
+                        &case.text,
+                        vec![(at, Event::Hold), (resume, Event::Resume)],
+                    )
+                },
+            );
+            let hold = |law: Result<(), String>| {
+                law.unwrap_or_else(|broken| panic!("{name} {at} {resume}: {broken}"));
+            };
+            assert!(
+                run.finished,
+                "{name} {at} {resume}: does not come to an end"
+            );
+            assert_eq!(run.end(), case.calm.end(), "{name} {at} {resume}");
+            hold(laws::emits_exactly_the_commanded_steps(&run));
+            hold(laws::never_runs_backwards(&run));
+            hold(laws::stays_on_the_path_of(
+                &case.config,
+                &run,
+                &case.calm,
+                ON_PATH,
+            ));
+        }
+    }
+}
+
 #[test]
 fn a_hold_comes_to_rest_and_stays_there() {
     let case = Case::new("thesis/CSPLINE_57.MPF");

@@ -28,8 +28,7 @@ use pentaspline::geometry::{GeometryErrorKind, PathSegment, SegmentBuilder};
 use pentaspline::machine::{Controller, Core, Servo};
 use pentaspline::nc::{Command, Interpreter};
 use pentaspline::protocol::LINE_MAX;
-use pentaspline::stepgen::port::{PinMap, PortExpander, PortWords};
-use pentaspline::stepgen::{StepFrame, SLOTS};
+use pentaspline::stepgen::port::{PinMap, PortBuffer, PortExpander};
 use pentaspline::units::{Steps, Tick, AXES, NANO_PER_UNIT};
 use stm32f4xx_hal::pac::{Peripherals, TIM2, USART2};
 
@@ -139,13 +138,13 @@ fn machine() -> Config {
 }
 
 #[inline(never)]
-fn tick(servo: &mut Servo<'_>) -> StepFrame {
-    servo.tick()
+fn tick(servo: &mut Servo<'_>) {
+    servo.tick();
 }
 
 #[inline(never)]
-fn expand(expander: &mut PortExpander, frame: &StepFrame, pins: &PinMap, out: &mut PortWords) {
-    expander.expand(frame, pins, out);
+fn expand(expander: &mut PortExpander, servo: &Servo<'_>, out: &mut PortBuffer) {
+    expander.expand(servo.frame(), out);
 }
 
 #[inline(never)]
@@ -195,13 +194,12 @@ fn run_core(
     meter: &Meter,
     port: &mut Port,
     core: &mut Core,
-    words: &mut PortWords,
+    words: &mut [PortBuffer; 2],
     band: (u16, u16),
 ) {
     let config = machine();
-    let pins = PinMap::new(&config);
     let (mut controller, mut servo) = core.split(&config);
-    let mut expander = PortExpander::new();
+    let mut expander = PortExpander::new(&PinMap::new(&config));
     // At rest, moving without a step, in the band, the rest of them.
     let mut kinds: [Ticks; 4] = Default::default();
     let (mut received, mut worked, mut idle) = (Stat::default(), Stat::default(), Stat::default());
@@ -232,9 +230,12 @@ fn run_core(
                 break;
             }
         }
-        let (frame, in_servo) = meter.count(|| tick(&mut servo));
-        let ((), in_expand) = meter.count(|| expand(&mut expander, &frame, &pins, words));
+        let ((), in_servo) = meter.count(|| tick(&mut servo));
+        // Two buffers in turn, as the board has them.
+        let buffer = &mut words[(now & 1) as usize];
+        let ((), in_expand) = meter.count(|| expand(&mut expander, &servo, buffer));
         black_box(&mut *words);
+        let frame = servo.frame().copied().unwrap_or_default();
         let counts = frame.axes.map(|axis| axis.count);
         let moving = servo.sample().moving;
         let kind = match counts {
@@ -433,7 +434,7 @@ fn run_parts(meter: &Meter, port: &mut Port) {
 #[entry]
 fn main() -> ! {
     static mut CORE: Core = Core::new();
-    static mut WORDS: PortWords = [0; SLOTS as usize];
+    static mut WORDS: [PortBuffer; 2] = [const { PortBuffer::new() }; 2];
     if let Some(dp) = Peripherals::take() {
         let meter = Meter::new(dp.TIM2);
         let mut port = Port(PolledPort::start(dp.USART2));

@@ -26,7 +26,6 @@ mod app {
     use pentaspline::board::{stack, stop, MACHINE};
     use pentaspline::machine::{Controller, Core, Event, Servo, State};
     use pentaspline::protocol::RECEIVE_SIZE;
-    use pentaspline::stepgen::StepFrame;
     use pentaspline::units::Tick;
     use pentaspline::{log_info, log_warn};
 
@@ -152,9 +151,12 @@ mod app {
             }
             while controller.receive_free() > 0 {
                 let Some(byte) = ring_out.text() else { break };
-                controller.receive(byte);
+                if !side.is_deaf() {
+                    controller.receive(byte);
+                }
             }
             let more = controller.poll(now);
+            side.watch(controller);
             side.service();
             program_out.send_from(|| controller.transmit());
             if !more && ring_out.is_empty() {
@@ -194,12 +196,10 @@ mod app {
         if !motion.has_room() {
             return;
         }
-        let frame = servo.tick();
-        if clear {
-            motion.play(&frame, servo);
-        } else {
-            motion.play(&StepFrame::default(), servo);
-        }
+        motion.act(servo);
+        servo.tick();
+        let frame = servo.frame().filter(|_| clear);
+        motion.play(frame, servo);
     }
 
     #[task(binds = USART1, priority = 2, local = [program, ring_in])]

@@ -5,6 +5,7 @@
 //! ring to USART2, which the background writes ([`super::trace`] has the format).
 
 use core::convert::Infallible;
+use core::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 
 use heapless::spsc::{Consumer, Producer, Queue};
 use stm32f4xx_hal::pac::{Peripherals, USART2};
@@ -13,18 +14,26 @@ use super::guard::Cause;
 use super::servo_timer::{self, ServoTimer};
 use super::usart::{PolledPort, ProgramOut, ProgramPort, TX_BYTES};
 use super::{stack, trace};
-use crate::machine::Servo;
+use crate::machine::timetable::{Clock, Row, Standing, ROWS_MAX};
+use crate::machine::{Controller, Event, Servo};
 use crate::protocol::LINE_MAX;
 use crate::stepgen::record::{self, FrameDigest, RECORD_MAX};
 use crate::stepgen::StepFrame;
 
-/// Bytes of records waiting for the background: eighty ticks of five moving axes.
-const TRACE_BYTES: usize = 4096;
+/// Bytes of records waiting for the background: forty ticks of five moving axes.
+const TRACE_BYTES: usize = 2048;
+
+/// Why the machine stands, as the background sees it ([`Standing`]).
+static STANDING: AtomicU8 = AtomicU8::new(0);
+/// A row has reset the machine: the host does not know yet, and goes on sending a program that has ended.
+static DEAF: AtomicBool = AtomicBool::new(false);
 
 /// Memory the ports work on; static.
 pub struct Storage {
     tx: Queue<u8, TX_BYTES>,
     trace: Queue<u8, TRACE_BYTES>,
+    // One place of a queue stays empty.
+    rows: Queue<Row, { ROWS_MAX + 1 }>,
 }
 
 impl Storage {
@@ -34,6 +43,7 @@ impl Storage {
         Self {
             tx: Queue::new(),
             trace: Queue::new(),
+            rows: Queue::new(),
         }
     }
 }
@@ -64,6 +74,7 @@ pub struct Parts {
 pub fn start(dp: Peripherals, storage: &'static mut Storage) -> Parts {
     let (tx_in, tx_out) = storage.tx.split();
     let (trace_in, trace_out) = storage.trace.split();
+    let (rows_in, rows_out) = storage.rows.split();
     let mut port = PolledPort::start(dp.USART2);
     for byte in trace::encode_hello(super::MACHINE.servo_hz) {
         port.send(byte);
@@ -76,6 +87,8 @@ pub fn start(dp: Peripherals, storage: &'static mut Storage) -> Parts {
             digest: FrameDigest::default(),
             moving: false,
             ticks: 0,
+            rows: rows_out,
+            clock: Clock::new(),
         },
         watch: Watch,
         side: SidePort {
@@ -83,6 +96,9 @@ pub fn start(dp: Peripherals, storage: &'static mut Storage) -> Parts {
             port,
             released: false,
             looked: 0,
+            rows: rows_in,
+            row: [0; trace::ROW_LEN],
+            row_left: 0,
         },
         timer: ServoTimer::start(dp.TIM2),
     }
@@ -94,6 +110,8 @@ pub struct MotionPort {
     digest: FrameDigest,
     moving: bool,
     ticks: u64,
+    rows: Consumer<'static, Row>,
+    clock: Clock,
 }
 
 impl MotionPort {
@@ -111,10 +129,27 @@ impl MotionPort {
         self.trace.capacity() - self.trace.len() >= trace::TICK_MAX
     }
 
+    /// Lets the rows of the timetable act that are due before this tick.
+    pub fn act(&mut self, servo: &mut Servo<'_>) {
+        while let Some(&row) = self.rows.peek() {
+            if !self.clock.is_due(&row) || !servo.request(row.event) {
+                return;
+            }
+            self.clock.acted(row.event);
+            if row.event == Event::Reset {
+                DEAF.store(true, Ordering::Relaxed);
+            }
+            // It was there.
+            self.rows.dequeue();
+            self.put(&trace::encode_rows(self.rows.len()));
+        }
+    }
+
     /// Records the tick that made `frame`, and the end of a motion.
-    pub fn play(&mut self, frame: &StepFrame, servo: &Servo<'_>) {
+    pub fn play(&mut self, frame: Option<&StepFrame>, servo: &Servo<'_>) {
         let sample = servo.sample();
         if sample.moving {
+            let frame = &frame.copied().unwrap_or_default();
             let mut bytes = [0; RECORD_MAX];
             let len = record::encode(frame, &mut bytes);
             self.put(&bytes[..len]);
@@ -129,6 +164,12 @@ impl MotionPort {
             self.put(&rest.encode());
         }
         self.moving = sample.moving;
+        let standing = match STANDING.load(Ordering::Relaxed) {
+            1 => Standing::Barred,
+            2 => Standing::ProgramStop,
+            _ => Standing::No,
+        };
+        self.clock.tick(sample.moving, standing, self.rows.peek());
     }
 
     fn put(&mut self, bytes: &[u8]) {
@@ -159,6 +200,10 @@ pub struct SidePort {
     port: PolledPort<USART2>,
     released: bool,
     looked: u32,
+    rows: Producer<'static, Row>,
+    /// A row on its way, and how many bytes of it are still to come.
+    row: [u8; trace::ROW_LEN],
+    row_left: usize,
 }
 
 impl SidePort {
@@ -174,7 +219,13 @@ impl SidePort {
             return;
         }
         self.looked = tick;
-        match self.port.receive() {
+        let received = self.port.receive();
+        if let (Some(byte), true) = (received, self.row_left > 0) {
+            self.take_row(byte);
+            return;
+        }
+        match received {
+            Some(trace::ROW) => self.row_left = trace::ROW_LEN,
             Some(trace::RELEASE) => self.released = true,
             Some(trace::STACK) => {
                 let (deepest, size) = stack::deepest();
@@ -185,6 +236,36 @@ impl SidePort {
             }
             _ => {}
         }
+    }
+
+    fn take_row(&mut self, byte: u8) {
+        self.row[trace::ROW_LEN - self.row_left] = byte;
+        self.row_left -= 1;
+        if self.row_left == 0 {
+            if let Some(row) = trace::decode_row(&self.row) {
+                // What finds no room is missing in the count that goes back.
+                self.rows.enqueue(row).ok();
+            }
+            for byte in trace::encode_rows(self.rows.len()) {
+                self.port.send(byte);
+            }
+        }
+    }
+
+    /// Tells the interrupt why the machine stands.
+    pub fn watch(&self, controller: &Controller<'_>) {
+        let standing = match controller.standing() {
+            Standing::No => 0,
+            Standing::Barred => 1,
+            Standing::ProgramStop => 2,
+        };
+        STANDING.store(standing, Ordering::Relaxed);
+    }
+
+    /// True if text is to be dropped: the program it belongs to has been reset.
+    #[must_use]
+    pub fn is_deaf(&self) -> bool {
+        DEAF.load(Ordering::Relaxed)
     }
 
     /// Spins until the next servo tick: the emulator counts instructions as time, and a sleeping core makes it

@@ -10,14 +10,14 @@ use super::pins::{self, Enables};
 use super::servo_timer::ServoTimer;
 use super::step_dma::{self, StepFault, StepPort, StepWatch};
 use super::usart::{ProgramOut, ProgramPort, TX_BYTES};
-use crate::machine::Servo;
-use crate::stepgen::port::PortWords;
-use crate::stepgen::{StepFrame, SLOTS};
+use crate::machine::{Controller, Servo};
+use crate::stepgen::port::PortBuffer;
+use crate::stepgen::StepFrame;
 
 /// Memory the hardware works on; static.
 pub struct Storage {
     tx: Queue<u8, TX_BYTES>,
-    buffers: [PortWords; 2],
+    buffers: [PortBuffer; 2],
 }
 
 impl Storage {
@@ -26,7 +26,7 @@ impl Storage {
     pub const fn new() -> Self {
         Self {
             tx: Queue::new(),
-            buffers: [[0; SLOTS as usize]; 2],
+            buffers: [const { PortBuffer::new() }; 2],
         }
     }
 }
@@ -103,8 +103,11 @@ impl MotionPort {
         true
     }
 
-    /// Plays `frame` in the next tick.
-    pub fn play(&mut self, frame: &StepFrame, _servo: &Servo<'_>) {
+    /// There is no timetable.
+    pub fn act(&mut self, _servo: &mut Servo<'_>) {}
+
+    /// Plays `frame`, or nothing, in the next tick.
+    pub fn play(&mut self, frame: Option<&StepFrame>, _servo: &Servo<'_>) {
         self.steps.play(frame);
     }
 }
@@ -129,6 +132,15 @@ pub struct SidePort;
 impl SidePort {
     /// Nothing to do.
     pub fn service(&mut self) {}
+
+    /// Nothing here asks for it.
+    pub fn watch(&self, _controller: &Controller<'_>) {}
+
+    /// Text is always taken.
+    #[must_use]
+    pub fn is_deaf(&self) -> bool {
+        false
+    }
 
     /// Waits for the next interrupt.
     pub fn sleep(&mut self) {

@@ -7,6 +7,8 @@
 
 use heapless::spsc::{Consumer, Producer, Queue};
 
+use crate::protocol::{Incoming, Sorter};
+
 /// Text bytes the ring holds. A sender that counts characters never has more on the way.
 pub const RING_BYTES: usize = 1024;
 
@@ -27,6 +29,7 @@ pub struct Ring {
 pub struct RingIn<'a> {
     text: Producer<'a, u8>,
     urgent: Producer<'a, u8>,
+    sorter: Sorter,
 }
 
 /// The background's end.
@@ -57,6 +60,7 @@ impl Ring {
             RingIn {
                 text: text_in,
                 urgent: urgent_in,
+                sorter: Sorter::new(),
             },
             RingOut {
                 text: text_out,
@@ -80,8 +84,11 @@ impl RingIn<'_> {
     /// [`Overflow`] if a text byte found no room. A real-time byte that finds none is dropped in silence: a
     /// hundred `?` ask no more than one.
     pub fn put(&mut self, byte: u8) -> Result<(), Overflow> {
-        if !crate::protocol::is_realtime(byte) {
-            return self.text.enqueue(byte).map_err(|_| Overflow);
+        match self.sorter.sort(byte) {
+            Incoming::Text => return self.text.enqueue(byte).map_err(|_| Overflow),
+            // What is left out here cannot be mistaken for anything behind the ring.
+            Incoming::Nothing => return Ok(()),
+            Incoming::Event(_) | Incoming::FeedBy(_) | Incoming::Status => {}
         }
         if byte == RESET {
             // The same byte among the text marks how far it reaches. Without room for it all text goes.

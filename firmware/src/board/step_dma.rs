@@ -10,7 +10,7 @@ use core::sync::atomic::{compiler_fence, AtomicBool, Ordering};
 
 use stm32f4xx_hal::pac::{DMA2, GPIOC, TIM8};
 
-use crate::stepgen::port::{PinMap, PortExpander, PortWords};
+use crate::stepgen::port::{PinMap, PortBuffer, PortExpander};
 use crate::stepgen::{StepFrame, SLOTS};
 
 /// Stream and channel on which TIM8's update requests arrive (RM0090, table 43).
@@ -31,9 +31,8 @@ static FILLED: AtomicBool = AtomicBool::new(true);
 
 /// The servo interrupt's side: frames in, words in the buffer that is not playing.
 pub struct StepPort {
-    buffers: &'static mut [PortWords; 2],
+    buffers: &'static mut [PortBuffer; 2],
     expander: PortExpander,
-    pins: PinMap,
 }
 
 /// The DMA interrupt's side.
@@ -54,11 +53,9 @@ pub enum StepFault {
 pub fn start(
     dma: DMA2,
     timer: TIM8,
-    buffers: &'static mut [PortWords; 2],
+    buffers: &'static mut [PortBuffer; 2],
 ) -> (StepPort, StepWatch) {
-    for buffer in buffers.iter_mut() {
-        buffer.fill(0);
-    }
+    *buffers = [const { PortBuffer::new() }; 2];
     let stream = dma.st(STREAM);
     stream.cr().modify(|_, w| w.en().clear_bit());
     while stream.cr().read().en().bit_is_set() {}
@@ -80,8 +77,12 @@ pub fn start(
         stream
             .par()
             .write(|w| w.bits((*GPIOC::ptr()).bsrr().as_ptr() as u32));
-        stream.m0ar().write(|w| w.bits(buffers[0].as_ptr() as u32));
-        stream.m1ar().write(|w| w.bits(buffers[1].as_ptr() as u32));
+        stream
+            .m0ar()
+            .write(|w| w.bits(buffers[0].words().as_ptr() as u32));
+        stream
+            .m1ar()
+            .write(|w| w.bits(buffers[1].words().as_ptr() as u32));
     }
     stream.ndtr().write(|w| w.ndt().set(SLOTS));
     stream.fcr().write(|w| w.dmdis().enabled());
@@ -107,19 +108,18 @@ pub fn start(
     timer.cr1().write(|w| w.cen().set_bit());
     let port = StepPort {
         buffers,
-        expander: PortExpander::new(),
-        pins: PinMap::new(&super::MACHINE),
+        expander: PortExpander::new(&PinMap::new(&super::MACHINE)),
     };
     (port, StepWatch { dma })
 }
 
 impl StepPort {
-    /// Fills the buffer that is not playing with `frame`; it plays in the next tick.
-    pub fn play(&mut self, frame: &StepFrame) {
+    /// Fills the buffer that is not playing with `frame`, or with nothing; it plays in the next tick.
+    pub fn play(&mut self, frame: Option<&StepFrame>) {
         // SAFETY: reads a register; the stream is configured by nobody but `start`.
         let second_plays = unsafe { (*DMA2::ptr()).st(STREAM).cr().read().ct().bit_is_set() };
         let buffer = &mut self.buffers[usize::from(!second_plays)];
-        self.expander.expand(frame, &self.pins, buffer);
+        self.expander.expand(frame, buffer);
         // The DMA reads what the compiler cannot know it reads.
         compiler_fence(Ordering::SeqCst);
         FILLED.store(true, Ordering::Release);

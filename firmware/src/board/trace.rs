@@ -9,15 +9,19 @@
 //! | 0x81 | rest: motion has just ended | digest u64, ticks in motion u64, steps emitted 5 x i32 |
 //! | 0x82 | stack | deepest use u32, size u32, bytes |
 //! | 0x83 | panic: nothing follows | length u8, that many bytes of text |
+//! | 0x84 | rows of the timetable left, after one has come or acted | count u8 |
 //!
-//! To the board single bytes, [`RELEASE`] and [`STACK`].
+//! To the board single bytes, [`RELEASE`] and [`STACK`], and rows of a timetable, each [`ROW`] and nine bytes more
+//! ([`encode_row`]).
 
+use crate::machine::timetable::{Row, ROWS_MAX};
+use crate::machine::Event;
 use crate::stepgen::record::{self, RECORD_MAX};
 use crate::stepgen::StepFrame;
 use crate::units::AXES;
 
 /// Version of this format.
-pub const VERSION: u8 = 1;
+pub const VERSION: u8 = 2;
 
 /// Host to board: the whole program is on its way. Until this byte comes, the clock of the time-out that
 /// commits a window which is not full stands still while the board has no text to work on, so that a slow
@@ -27,8 +31,11 @@ pub const RELEASE: u8 = b'E';
 /// Host to board: report the deepest stack.
 pub const STACK: u8 = b'S';
 
-/// Longest packet a servo tick makes: a record and the rest that follows it.
-pub const TICK_MAX: usize = RECORD_MAX + REST_LEN;
+/// Host to board: a row of the timetable follows, before the program.
+pub const ROW: u8 = b'T';
+
+/// Most a servo tick sends: all rows that act in it, a record and the rest that follows it.
+pub const TICK_MAX: usize = RECORD_MAX + REST_LEN + ROWS_MAX * ROWS_LEN;
 
 /// Longest text of a panic packet.
 pub const TEXT_MAX: usize = 200;
@@ -37,10 +44,15 @@ const HELLO_TAG: u8 = 0x80;
 const REST_TAG: u8 = 0x81;
 const STACK_TAG: u8 = 0x82;
 const PANIC_TAG: u8 = 0x83;
+const ROWS_TAG: u8 = 0x84;
 
 const HELLO_LEN: usize = 6;
 const REST_LEN: usize = 17 + 4 * AXES;
 const STACK_LEN: usize = 9;
+const ROWS_LEN: usize = 2;
+
+/// Bytes of a row behind [`ROW`]: tick u32, event u8, its value u32.
+pub const ROW_LEN: usize = 9;
 
 /// State at the end of a motion.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -85,6 +97,49 @@ pub fn encode_stack(deepest: u32, size: u32) -> [u8; STACK_LEN] {
     out
 }
 
+/// The packet that says how many rows are left.
+#[must_use]
+pub fn encode_rows(left: usize) -> [u8; ROWS_LEN] {
+    [ROWS_TAG, left.min(0xff) as u8]
+}
+
+/// A row for the board, [`ROW`] first; `None` if its tick takes more than 32 bits or its event is no row.
+#[must_use]
+pub fn encode_row(row: &Row) -> Option<[u8; 1 + ROW_LEN]> {
+    let (event, value) = match row.event {
+        Event::Hold => (0, 0),
+        Event::Resume => (1, 0),
+        Event::Reset => (2, 0),
+        Event::Feed(percent) => (3, percent.into()),
+        Event::Rapid(percent) => (4, percent.into()),
+        Event::Starve(ticks) => (5, ticks),
+        Event::Fault => return None,
+    };
+    let mut out = [0; 1 + ROW_LEN];
+    out[0] = ROW;
+    out[1..5].copy_from_slice(&u32::try_from(row.tick).ok()?.to_le_bytes());
+    out[5] = event;
+    out[6..].copy_from_slice(&value.to_le_bytes());
+    Some(out)
+}
+
+/// Reads what follows [`ROW`].
+#[must_use]
+pub fn decode_row(bytes: &[u8; ROW_LEN]) -> Option<Row> {
+    let value = u32_at(bytes, 5);
+    let event = match bytes[4] {
+        0 => Event::Hold,
+        1 => Event::Resume,
+        2 => Event::Reset,
+        3 => Event::Feed(value as u8),
+        4 => Event::Rapid(value as u8),
+        5 => Event::Starve(value),
+        _ => return None,
+    };
+    let tick = u32_at(bytes, 0).into();
+    Some(Row { tick, event })
+}
+
 /// The two bytes that open a panic packet of `len` bytes of text ([`TEXT_MAX`] at most).
 #[must_use]
 pub fn encode_panic_head(len: usize) -> [u8; 2] {
@@ -112,6 +167,8 @@ pub enum Packet<'a> {
         /// Bytes there are.
         size: u32,
     },
+    /// So many rows of the timetable have not acted yet.
+    Rows(u8),
     /// The board has panicked; the text (usually UTF-8) says where.
     Panic(&'a [u8]),
 }
@@ -156,6 +213,7 @@ pub fn decode(bytes: &[u8]) -> Result<Option<(Packet<'_>, usize)>, UnknownTag> {
             deepest: u32_at(b, 1),
             size: u32_at(b, 5),
         }),
+        ROWS_TAG => field(bytes, ROWS_LEN).map(|b| Packet::Rows(b[1])),
         PANIC_TAG => bytes
             .get(1)
             .and_then(|&len| field(bytes, 2 + usize::from(len)))
@@ -167,6 +225,7 @@ pub fn decode(bytes: &[u8]) -> Result<Option<(Packet<'_>, usize)>, UnknownTag> {
             Packet::Hello { .. } => HELLO_LEN,
             Packet::Rest(_) => REST_LEN,
             Packet::Stack { .. } => STACK_LEN,
+            Packet::Rows(_) => ROWS_LEN,
             Packet::Panic(text) => 2 + text.len(),
             Packet::Frame(_) => 0,
         };
@@ -214,6 +273,7 @@ mod tests {
         }
         bytes.extend_from_slice(&rest.encode());
         bytes.extend_from_slice(&encode_stack(1234, 65536));
+        bytes.extend_from_slice(&encode_rows(3));
         bytes.extend_from_slice(&encode_panic_head(4));
         bytes.extend_from_slice(b"oops");
         let packets = vec![
@@ -228,6 +288,7 @@ mod tests {
                 deepest: 1234,
                 size: 65536,
             },
+            Packet::Rows(3),
             Packet::Panic(b"oops"),
         ];
         (bytes, packets)
@@ -243,6 +304,29 @@ mod tests {
             at += len;
         }
         assert_eq!(at, bytes.len());
+    }
+
+    #[test]
+    fn a_row_arrives_as_it_was_sent() {
+        for (tick, event) in [
+            (0, Event::Hold),
+            (1, Event::Resume),
+            (0xfedc_ba98, Event::Reset),
+            (7, Event::Feed(200)),
+            (8, Event::Rapid(0)),
+            (9, Event::Starve(70_000)),
+        ] {
+            let row = Row { tick, event };
+            let sent = encode_row(&row).unwrap();
+            assert_eq!(sent[0], ROW);
+            assert_eq!(decode_row(sent[1..].try_into().unwrap()), Some(row));
+        }
+        let late = Row {
+            tick: 1 << 32,
+            event: Event::Hold,
+        };
+        assert_eq!(encode_row(&late), None);
+        assert_eq!(decode_row(&[0xff; ROW_LEN]), None);
     }
 
     #[test]

@@ -1,73 +1,13 @@
-//! The servo interrupt's arithmetic: s(t) by forward differences, sigma(s), u(sigma), P(u).
+//! The servo interrupt's arithmetic: s(t) by forward differences, positions from s by one quintic per axis.
 //!
-//! In: [`ServoSegment`]s and profile [`Piece`]s from the queues. Out: commanded positions in Q32.32 steps.
-//! Additions, multiplications and shifts only; the work of a tick does not depend on the data
-//! beyond the number of joints it crosses.
+//! In: [`ServoSegment`](segment::ServoSegment)s and profile [`Piece`]s from the queues. Out: commanded positions.
+//! What both sides of the queue must agree on lies here; what only the interrupt does, in the modules.
 
-use crate::geometry::arc::{ServoSegment, Q, S_FRAC, U_FRAC};
-use crate::units::AXES;
+pub mod braking;
+pub mod motion;
+pub mod segment;
 
-/// `(a * b) >> 64`: product with a Q0.64 factor, rounded towards minus infinity. Exact for all `a` and `b`.
-///
-/// High half of an unsigned product from products of 32-bit halves, of which no sum below overflows (each is at most
-/// (2^32 - 1)^2 + 2 (2^32 - 1) = 2^64 - 1); a negative `a` was taken as `a + 2^64`, which is `b` too much.
-/// The same through `i128` costs half as many instructions again: the compiler multiplies sign extensions, too.
-#[inline]
-#[must_use]
-pub fn mul_q(a: i64, b: u64) -> i64 {
-    let low = |x: u64| u64::from(x as u32);
-    let (a_low, a_high) = (low(a as u64), a as u64 >> 32);
-    let (b_low, b_high) = (low(b), b >> 32);
-    let first = a_low * b_high + ((a_low * b_low) >> 32);
-    let second = a_high * b_low + low(first);
-    let high = a_high * b_high + (first >> 32) + (second >> 32);
-    let excess = b & (a >> 63) as u64;
-    // Signed: for this form the compiler finds the shorter code.
-    (high as i64).wrapping_sub(excess as i64)
-}
-
-/// A Q2.62 number in [0, 1) as the Q0.64 factor of [`mul_q`].
-#[inline]
-fn factor(x: i64) -> u64 {
-    debug_assert!(
-        (0..1 << Q).contains(&x),
-        "{x} is outside of [0, 1) in Q2.62"
-    );
-    (x as u64) << (64 - Q)
-}
-
-/// Path parameter u in Q2.62 at path coordinate `s` (Q10.54) of `segment`, `0 <= s <= length`.
-///
-/// In [0, 1): sigma is, because its factors were rounded down, and u(sigma) rises from 0 to exactly 1 at sigma = 1
-/// while every product here is rounded down.
-#[inline]
-#[must_use]
-pub fn parameter(segment: &ServoSegment, s: i64) -> i64 {
-    let sigma = factor(mul_q(segment.inverse, factor(s << segment.shift)));
-    let c = &segment.u;
-    let mut u = c[4];
-    for k in (0..4).rev() {
-        u = c[k] + mul_q(u, sigma);
-    }
-    mul_q(u, sigma) << (Q - U_FRAC)
-}
-
-/// Position at path coordinate `s`, Q32.32 steps per axis.
-///
-/// The truncation of the three products stays below three units of 2^-32 step.
-#[inline]
-#[must_use]
-pub fn position(segment: &ServoSegment, s: i64) -> [i64; AXES] {
-    let u = parameter(segment, s);
-    let u1 = factor(u);
-    let square = mul_q(u, u1);
-    let u2 = factor(square);
-    let u3 = factor(mul_q(square, u1));
-    core::array::from_fn(|a| {
-        let [a1, a2, a3] = segment.cubic[a];
-        segment.start[a] + mul_q(a1, u1) + mul_q(a2, u2) + mul_q(a3, u3)
-    })
-}
+use braking::BrakeLimits;
 
 /// How a [`Piece`] ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -76,7 +16,7 @@ pub enum PieceEnd {
     Continue,
     /// At rest at the end of the segment with this running number.
     StopAfter(u32),
-    /// At rest on the path, wherever that is (feed hold).
+    /// At rest, wherever on the path that is.
     StopHere,
 }
 
@@ -89,11 +29,14 @@ pub struct Piece {
     pub ticks: u32,
     /// What the last tick does.
     pub end: PieceEnd,
-    /// How to come to rest on the path if nothing follows this piece: jerk and ticks of three phases.
-    pub escape: [(i64, u32); 3],
-    /// Pieces planned before an escape are void: the interrupt takes only those of its own generation.
+    /// How to come to rest on the path if a hold comes or nothing follows.
+    pub brake: BrakeLimits,
+    /// Pieces planned before the interrupt braked are void: it takes only those of its own generation.
     pub generation: u32,
 }
+
+/// Fractional bits of the path coordinate s: 2^-54 mm, range 512 mm per segment.
+pub const S_FRAC: u32 = 54;
 
 /// Fractional bits of s(t) and its differences: 18 more than a path coordinate, so that a landing of
 /// thousands of ticks, whose rounding grows with their cube, still ends within 2^-32 step.
@@ -129,7 +72,7 @@ impl PathState {
         self.s += self.v;
     }
 
-    /// Path coordinate in Q10.54, the form [`position`] takes.
+    /// Path coordinate in Q10.54.
     #[inline]
     #[must_use]
     pub fn coordinate(&self) -> i64 {

@@ -3,6 +3,7 @@
 mod controller;
 mod servo;
 pub(crate) mod shared;
+pub mod timetable;
 
 use core::cell::Cell;
 
@@ -12,6 +13,7 @@ use crate::config::Config;
 use crate::geometry::arc::ServoSegment;
 use crate::interpolator::Piece;
 use crate::planner::nodes::{Nodes, NODES};
+use crate::planner::tempo::Request;
 use crate::planner::Planner;
 use crate::units::{Position, AXES};
 
@@ -22,6 +24,9 @@ use shared::Shared;
 
 /// Profile pieces between background and interrupt.
 const PIECES: usize = 64;
+
+/// Requests on their way from the interrupt to the planner; one place of a queue stays empty.
+const REQUESTS: usize = 16;
 
 /// Requests that take effect at once, whatever is queued.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,6 +39,12 @@ pub enum Event {
     Reset,
     /// A limit switch or the emergency stop opened: no step from now on.
     Fault,
+    /// Feed override in percent, 0 to 200. 0 stops on the path until it is raised.
+    Feed(u8),
+    /// Rapid override in percent, 0 to 100. 0 stops on the path until it is raised.
+    Rapid(u8),
+    /// For so many ticks of motion no further segments come.
+    Starve(u32),
 }
 
 /// State as the status report names it.
@@ -86,9 +97,10 @@ impl<T> Place<T> {
 /// Storage of the two halves. Make it static on a board.
 pub struct Core {
     stages: Stages,
-    nodes: Place<Nodes>,
+    nodes: Nodes,
     segments: Queue<ServoSegment, NODES>,
     pieces: Queue<Piece, PIECES>,
+    requests: Queue<Request, REQUESTS>,
     shared: Shared,
 }
 
@@ -98,9 +110,10 @@ impl Core {
     pub const fn new() -> Self {
         Self {
             stages: Stages::empty(),
-            nodes: Place::empty(),
+            nodes: Nodes::new(),
             segments: Queue::new(),
             pieces: Queue::new(),
+            requests: Queue::new(),
             shared: Shared::new(),
         }
     }
@@ -109,11 +122,17 @@ impl Core {
     pub fn split<'a>(&'a mut self, config: &'a Config) -> (Controller<'a>, Servo<'a>) {
         let (segments_in, segments_out) = self.segments.split();
         let (pieces_in, pieces_out) = self.pieces.split();
-        let nodes = self.nodes.fill(Nodes::new);
-        let planner = Planner::new(segments_in, pieces_in, &self.shared, nodes);
+        let (requests_in, requests_out) = self.requests.split();
+        let planner = Planner::new(
+            segments_in,
+            pieces_in,
+            requests_out,
+            &self.shared,
+            &mut self.nodes,
+        );
         (
             Controller::new(config, planner, &self.shared, &mut self.stages),
-            Servo::new(segments_out, pieces_out, &self.shared, config),
+            Servo::new(segments_out, pieces_out, requests_in, &self.shared, config),
         )
     }
 }

@@ -47,7 +47,7 @@ pub(crate) struct Shared {
     pub(crate) executed: AtomicU32,
     /// Running number of the segment being followed, wrapping.
     pub(crate) sequence: AtomicU32,
-    /// Counts escapes: pieces of an older generation are void.
+    /// Counts how often the interrupt gave up the plan: pieces of an older generation are void.
     pub(crate) generation: AtomicU32,
     /// A piece is running.
     pub(crate) moving: AtomicBool,
@@ -59,14 +59,17 @@ pub(crate) struct Shared {
     pub(crate) rest_position: [Wide; AXES],
     /// Steps emitted.
     pub(crate) emitted: [AtomicI32; AXES],
-    /// Path velocity, `f32` bits, mm/s.
-    pub(crate) feed: AtomicU32,
+    /// Path velocity, 2^-30 path units per tick.
+    pub(crate) feed: AtomicI32,
     /// Text line being executed.
     pub(crate) block: AtomicU32,
     /// Request: throw away everything queued (answered by clearing it, at rest).
     pub(crate) drain: AtomicBool,
     /// Request: no step from now on.
     pub(crate) fault: AtomicBool,
+    /// Request: come to rest on the path and stay there. Counts holds and resumes; odd while held, and every odd number
+    /// is answered once, by a new generation.
+    pub(crate) hold: AtomicU32,
 }
 
 impl Shared {
@@ -80,10 +83,27 @@ impl Shared {
             rest_s: Wider([Wide::new(), Wide::new()]),
             rest_position: [const { Wide::new() }; AXES],
             emitted: [const { AtomicI32::new(0) }; AXES],
-            feed: AtomicU32::new(0),
+            feed: AtomicI32::new(0),
             block: AtomicU32::new(0),
             drain: AtomicBool::new(false),
             fault: AtomicBool::new(false),
+            hold: AtomicU32::new(0),
         }
+    }
+
+    /// Asks for a hold, or takes it back. The interrupt answers one by a new generation, in the next tick or where it lands.
+    ///
+    /// Background and interrupt may both ask.
+    pub(crate) fn request_hold(&self, hold: bool) {
+        let next = |count: u32| ((count & 1 != 0) != hold).then(|| count.wrapping_add(1));
+        // Refused if that is what is asked for already.
+        let _ = self
+            .hold
+            .fetch_update(Ordering::Release, Ordering::Relaxed, next);
+    }
+
+    /// A hold was asked for and not yet taken back.
+    pub(crate) fn is_holding(&self) -> bool {
+        self.hold.load(Ordering::Relaxed) & 1 != 0
     }
 }

@@ -5,25 +5,45 @@
 //! and starvation only change s(t), so the tool cannot leave the path.
 
 pub mod brake;
+pub mod ceiling;
+mod change;
+mod halt;
 pub mod limits;
 pub mod nodes;
 pub mod profile;
+mod scarce;
+pub mod span;
+pub mod tempo;
 
 use core::sync::atomic::Ordering::{Acquire, Relaxed, Release};
 
-use heapless::spsc::Producer;
+use heapless::spsc::{Consumer, Producer};
 
 use crate::config::Config;
-use crate::geometry::arc::{PathShape, ServoSegment, S_FRAC};
+use crate::geometry::arc::{Driven, PathShape, ServoSegment, S_FRAC};
 use crate::interpolator::{widen, PathState, Piece, PieceEnd};
 use crate::machine::shared::Shared;
-use crate::units::{Position, Steps};
-use limits::{joint, path_limits, JointCost, PathLimits};
+use crate::machine::Event;
+use crate::units::Position;
+use ceiling::Branch;
+use change::Pace;
+use limits::{curve_limits, joint, velocity_limit, Joint, JointCost, Rates, ROUNDING};
 use nodes::{Node, Nodes};
 use profile::{Decision, View};
+use scarce::Supply;
+use tempo::{Passing, Request, Schedule, FEED_MAX};
 
 /// Ticks planned ahead of the interrupt. Covers the longest stretch of background work between two calls.
 pub const LEAD_TICKS: u32 = 100;
+
+/// Segments known beyond the batch in which decisions are made, if no stop comes before.
+const LOOK_AHEAD: u32 = 128;
+
+/// Segments decided under one ceiling. A power of two.
+const BATCH: u32 = 16;
+
+// Planned but not yet driven (a joint per tick at most), the batch, and what is looked ahead: all fits into the window.
+const _: () = assert!(LEAD_TICKS + BATCH + LOOK_AHEAD < nodes::NODES as u32);
 
 /// What the block says about a segment.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -40,27 +60,74 @@ pub struct SegmentOrder {
 #[derive(Clone, Copy)]
 struct Pending {
     length_q: i64,
+    block: u32,
     shape: PathShape,
     order: SegmentOrder,
     /// Velocity its own curve allows.
-    v: f32,
+    curve_v: f32,
+    /// Velocity the program asks for.
+    programmed_v: f32,
     entry: JointCost,
 }
 
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Mode {
-    Run,
-    /// Hold asked for; coming to rest.
-    Holding,
-    Held,
+impl Pending {
+    /// Largest velocity at a feed override of `percent`, and a rapid override of 100.
+    fn velocity(&self, percent: u8) -> f32 {
+        let percent = if self.order.feed.is_finite() {
+            percent
+        } else {
+            100
+        };
+        self.curve_v
+            .min(self.programmed_v * (f32::from(percent) / 100.0))
+    }
+}
+
+/// The two verdicts on a joint.
+#[derive(Clone, Copy)]
+struct Joints {
+    programmed: Joint,
+    raised: Joint,
+}
+
+impl Joints {
+    const STOP: Self = Self {
+        programmed: Joint::STOP,
+        raised: Joint::STOP,
+    };
+
+    fn between(config: &Config, before: &Pending, after: &Pending) -> Self {
+        // A joint of jerk-limited motion with any other is jerk-limited.
+        let soft = before.order.soft || after.order.soft;
+        let (ends, starts) = (&before.shape.end, &after.shape.start);
+        let slower = |percent| before.velocity(percent).min(after.velocity(percent));
+        let (v, most) = (slower(100), slower(FEED_MAX));
+        let programmed = joint(config, ends, starts, v, soft);
+        let mut raised = programmed;
+        if most > v && programmed.v > 0.0 {
+            let faster = joint(config, ends, starts, most, soft);
+            // Whether the path rests there does not depend on the override.
+            if faster.v > 0.0 {
+                raised = faster;
+            }
+        }
+        Self { programmed, raised }
+    }
 }
 
 /// The planner. One per machine.
 pub struct Planner<'a> {
     segments: Producer<'a, ServoSegment>,
     pieces: Producer<'a, Piece>,
+    /// From the interrupt.
+    requests: Consumer<'a, Request>,
     shared: &'a Shared,
     nodes: &'a mut Nodes,
+    schedule: Schedule,
+    pace: Pace,
+    supply: Supply,
+    /// An event of the interrupt that the controller has not seen yet.
+    raised: Option<Event>,
     /// Running number of the oldest node.
     first: u32,
     /// Node the planned state is in.
@@ -69,30 +136,43 @@ pub struct Planner<'a> {
     state: PathState,
     planned: u32,
     generation: u32,
-    mode: Mode,
+    /// A hold was answered: nothing is planned until it is taken back.
+    held: bool,
     end: Option<Position>,
+    /// Running number of the last node under the ceiling.
+    last: u32,
+    /// Running number of the last node the ceiling is meant for: it knows enough of what follows.
+    until: Option<u32>,
 }
 
 impl<'a> Planner<'a> {
     pub(crate) fn new(
         segments: Producer<'a, ServoSegment>,
         pieces: Producer<'a, Piece>,
+        requests: Consumer<'a, Request>,
         shared: &'a Shared,
         nodes: &'a mut Nodes,
     ) -> Self {
         Self {
             segments,
             pieces,
+            requests,
             shared,
             nodes,
+            schedule: Schedule::default(),
+            pace: Pace::NEW,
+            supply: Supply::NEW,
+            raised: None,
             first: 0,
             cursor: 0,
             pending: None,
             state: PathState::default(),
             planned: 0,
             generation: 0,
-            mode: Mode::Run,
+            held: false,
             end: None,
+            last: 0,
+            until: None,
         }
     }
 
@@ -115,78 +195,77 @@ impl<'a> Planner<'a> {
     }
 
     /// Takes the next segment of the path. The caller has checked [`Self::has_room`].
-    pub fn push(
-        &mut self,
-        config: &Config,
-        segment: ServoSegment,
-        shape: &PathShape,
-        order: SegmentOrder,
-    ) {
-        let length = segment.length as f32 / (1_u64 << S_FRAC) as f32;
-        let alone = path_limits(
-            config,
+    #[inline(never)]
+    pub fn push(&mut self, config: &Config, driven: &Driven, order: SegmentOrder) {
+        let Driven {
+            segment,
             shape,
-            length,
-            order.feed * shape.feed_scale,
-            order.soft,
-            &[JointCost::default(); 2],
-        );
-        let mut entry = JointCost::default();
-        if let Some(before) = self.pending.take() {
-            if before.order.exact_stop || before.shape.rotary_only != shape.rotary_only {
-                self.complete(config, &before, 0.0, &JointCost::default());
-            } else {
-                // A joint of jerk-limited motion with any other is jerk-limited.
-                let soft = before.order.soft || order.soft;
-                let v = before.v.min(alone.v);
-                let joint = joint(config, &before.shape.end, &shape.start, v, soft);
-                entry = joint.cost;
-                self.complete(config, &before, joint.v, &joint.cost);
-            }
-        }
-        self.pending = Some(Pending {
+            end,
+        } = driven;
+        let length = segment.length as f32 / (1_u64 << S_FRAC) as f32;
+        let mut next = Pending {
             length_q: segment.length,
+            block: segment.block,
             shape: *shape,
             order,
-            v: alone.v,
-            entry,
-        });
-        self.end = Some(segment.end().map(Steps::from_bits));
-        let queued = self.segments.enqueue(segment);
+            curve_v: velocity_limit(config, shape, length, f32::INFINITY, order.soft),
+            programmed_v: (1.0 - ROUNDING) * programmed(config, shape, order.feed),
+            entry: JointCost::default(),
+        };
+        if let Some(before) = self.pending.take() {
+            if before.order.exact_stop || before.shape.rotary_only != shape.rotary_only {
+                self.complete(config, &before, &Joints::STOP);
+            } else {
+                let joints = Joints::between(config, &before, &next);
+                next.entry = joints.raised.cost;
+                self.complete(config, &before, &joints);
+            }
+        }
+        self.pending = Some(next);
+        self.end = Some(*end);
+        let queued = self.segments.enqueue(*segment);
         debug_assert!(queued.is_ok(), "the caller checks has_room");
     }
 
-    fn complete(&mut self, config: &Config, segment: &Pending, exit_v: f32, exit: &JointCost) {
+    fn complete(&mut self, config: &Config, segment: &Pending, joints: &Joints) {
         let Pending {
             length_q,
+            block: _,
             shape,
             order,
+            curve_v,
+            programmed_v,
             entry,
-            ..
         } = segment;
-        let length = *length_q as f32 / (1_u64 << S_FRAC) as f32;
-        let limits: PathLimits = path_limits(
-            config,
-            shape,
-            length,
-            order.feed * shape.feed_scale,
-            order.soft,
-            &[*entry, *exit],
-        );
+        let exit = &joints.programmed;
+        let v = segment.velocity(100);
+        // A joint that is passed faster at a higher override takes more of the acceleration: set aside for good.
+        let costs = [*entry, joints.raised.cost];
+        let limits = curve_limits(config, shape, v, &costs);
         self.nodes.push(Node {
             length_q: *length_q,
-            length,
+            length: *length_q as f32 / (1_u64 << S_FRAC) as f32,
             limits,
-            exit_v,
-            stop: exit_v <= 0.0,
+            exit_v: exit.v,
+            exit_share: exit.share,
+            stop: exit.v <= 0.0,
             brisk: !order.soft,
+            curve_v: *curve_v,
+            programmed_v: *programmed_v,
+            rapid: !order.feed.is_finite(),
+            raised: false,
+            other: Passing {
+                v: joints.raised.v,
+                share: joints.raised.share,
+            },
+            start: Branch::REST,
         });
     }
 
     /// The path ends with the newest segment, for now.
     pub fn flush(&mut self, config: &Config) {
         if let Some(last) = self.pending.take() {
-            self.complete(config, &last, 0.0, &JointCost::default());
+            self.complete(config, &last, &Joints::STOP);
         }
     }
 
@@ -212,38 +291,40 @@ impl<'a> Planner<'a> {
 
     /// Feed hold: come to rest on the path.
     pub fn hold(&mut self) {
-        if self.mode == Mode::Run {
-            self.mode = Mode::Holding;
-        }
+        self.shared.request_hold(true);
     }
 
     /// Takes the motion up again.
     pub fn resume(&mut self) {
-        self.mode = Mode::Run;
+        self.held = false;
+        self.shared.request_hold(false);
     }
 
     /// A hold was asked for and not yet taken back.
     #[must_use]
     pub fn is_holding(&self) -> bool {
-        self.mode != Mode::Run
+        self.shared.is_holding()
     }
 
     /// A hold was asked for and the machine has come to rest.
     #[must_use]
     pub fn is_held(&self) -> bool {
-        self.mode == Mode::Held && self.at_rest()
+        self.held && self.at_rest()
     }
 
     /// True if the planner can do nothing without more segments although motion is under way or waiting.
     #[must_use]
     pub fn is_starved(&self) -> bool {
-        self.mode == Mode::Run
+        !self.is_holding()
+            && !self.is_barred()
             && (self.cursor < self.nodes.len() || self.pending.is_some())
             && self.shared.executed.load(Relaxed).wrapping_add(LEAD_TICKS) >= self.planned
     }
 
     /// Forgets everything. The interrupt must be at rest and its queues drained.
     pub fn clear(&mut self) {
+        // First: a hold that the interrupt answers later would void the new generation.
+        self.resume();
         self.first = self.shared.sequence.load(Acquire);
         self.nodes.clear();
         self.cursor = 0;
@@ -251,14 +332,21 @@ impl<'a> Planner<'a> {
         self.state = PathState::default();
         self.generation = self.shared.generation.load(Acquire);
         self.planned = self.shared.executed.load(Acquire);
-        self.mode = Mode::Run;
         self.end = None;
+        self.until = None;
+        self.clear_tempo();
+        self.supply = Supply::NEW;
     }
 
     /// Plans at most one decision further; `true` if something was done.
+    ///
+    /// Never inlined: it is called from below other stages' frames too.
+    #[inline(never)]
     pub fn advance(&mut self, config: &Config) -> bool {
         let more = self.decide(config);
-        if !more {
+        let current = self.generation == self.shared.generation.load(Acquire);
+        let waiting = self.planned != self.shared.executed.load(Acquire);
+        if !more && waiting && current && !self.is_holding() {
             // Far enough ahead, or at the end of what is known: motion may begin.
             self.shared.ready.store(true, Release);
         }
@@ -267,7 +355,8 @@ impl<'a> Planner<'a> {
 
     fn decide(&mut self, config: &Config) -> bool {
         let driven = self.shared.sequence.load(Acquire);
-        while self.first != driven && !self.nodes.is_empty() && self.cursor > 0 {
+        // The node before the planned state stays: decisions look back at it, and must not depend on what has been driven.
+        while self.first != driven && !self.nodes.is_empty() && self.cursor > 1 {
             self.nodes.pop();
             self.first = self.first.wrapping_add(1);
             self.cursor -= 1;
@@ -276,53 +365,42 @@ impl<'a> Planner<'a> {
             return self.resynchronise();
         }
         let executed = self.shared.executed.load(Acquire);
+        // After `executed`: a request made by then is among them.
+        self.take_requests();
         if self.planned.wrapping_sub(executed) >= LEAD_TICKS
             || self.pieces.capacity() - self.pieces.len() < 3
         {
             return false;
         }
-        if self.mode == Mode::Held || self.cursor >= self.nodes.len() {
-            if self.mode == Mode::Holding {
-                self.mode = Mode::Held;
-            }
+        if self.held || self.cursor >= self.nodes.len() {
             return false;
         }
-        let view = View {
-            nodes: self.nodes,
-            cursor: self.cursor,
-            state: self.state,
-            hz: config.servo_hz as f32,
-        };
-        if self.mode == Mode::Holding {
-            if self.state.v == 0 && self.state.a == 0 {
-                self.mode = Mode::Held;
-                return false;
-            }
-            let (phases, distance) = view.halt();
-            if view
-                .distance_to_stop()
-                .is_none_or(|stop| stop > 1.05 * distance)
-            {
-                self.emit(config, &phases, PieceEnd::StopHere);
-                self.mode = Mode::Held;
-                return true;
-            }
-        }
-        let Some(decision) = view.decide() else {
+        if self.is_barred() && self.state.v == 0 && self.state.a == 0 {
             return false;
-        };
-        match decision {
+        }
+        if self.keep_slowing(config) {
+            return true;
+        }
+        if !self.cover(config, executed) {
+            return false;
+        }
+        if self.change_tempo(config) {
+            return true;
+        }
+        let view = self.view(config);
+        match view.decide() {
             Decision::Go(jerk, ticks) => self.emit(config, &[(jerk, ticks)], PieceEnd::Continue),
-            Decision::Slow(phases) => self.emit(config, &phases, PieceEnd::Continue),
+            Decision::Rest(phases) => self.emit(config, &phases, PieceEnd::Continue),
             Decision::Land { phases, stop } => {
                 let number = self.first.wrapping_add(stop as u32);
+                self.lands(number);
                 self.emit(config, &phases, PieceEnd::StopAfter(number));
             }
         }
         true
     }
 
-    /// After an escape: takes up the state the interrupt came to rest in.
+    /// After the interrupt has braked: takes up the state the interrupt came to rest in.
     fn resynchronise(&mut self) -> bool {
         if self.shared.moving.load(Acquire) {
             return false;
@@ -331,29 +409,31 @@ impl<'a> Planner<'a> {
         self.planned = self.shared.executed.load(Acquire);
         let driven = self.shared.sequence.load(Acquire);
         self.cursor = driven.wrapping_sub(self.first) as usize;
+        self.until = None;
+        self.drop_slowing();
+        self.end_scarcity();
         self.state = PathState {
             s: self.shared.rest_s.load(),
             v: 0,
             a: 0,
         };
-        if self.mode == Mode::Holding {
-            self.mode = Mode::Held;
-        }
+        self.held = self.is_holding();
         true
     }
 
     /// Queues `phases` and moves the planned state to their end.
     fn emit(&mut self, config: &Config, phases: &[(i64, u32)], end: PieceEnd) {
+        let landing = (phases.len() > 1).then(|| self.view(config).landing_limits(phases));
         for (i, &(jerk, ticks)) in phases.iter().enumerate() {
             let last = i + 1 == phases.len();
             if ticks == 0 && !last {
                 continue;
             }
+            let (from, before) = (self.cursor, self.state);
             if let Some(next) = self.state.after(jerk, ticks) {
                 self.state = next;
             }
             let piece_end = if last { end } else { PieceEnd::Continue };
-            let mut escape = [(0, 0); 3];
             match piece_end {
                 PieceEnd::StopAfter(number) => {
                     self.cursor = number.wrapping_sub(self.first) as usize + 1;
@@ -364,17 +444,17 @@ impl<'a> Planner<'a> {
                     self.state.a = 0;
                     self.cross_joints();
                 }
-                PieceEnd::Continue => {
-                    self.cross_joints();
-                    escape = self.escape(config);
-                }
+                PieceEnd::Continue => self.cross_joints(),
             }
+            let mut brake =
+                landing.unwrap_or_else(|| self.view(config).brake_limits(from, before.v));
+            brake.last = self.last;
             self.planned = self.planned.wrapping_add(ticks);
             let piece = Piece {
                 jerk,
                 ticks,
                 end: piece_end,
-                escape,
+                brake,
                 generation: self.generation,
             };
             let queued = self.pieces.enqueue(piece);
@@ -392,13 +472,61 @@ impl<'a> Planner<'a> {
         }
     }
 
-    fn escape(&self, config: &Config) -> [(i64, u32); 3] {
-        let view = View {
+    fn view(&self, config: &Config) -> View<'_> {
+        View {
             nodes: self.nodes,
             cursor: self.cursor,
+            last: self.last.wrapping_sub(self.first) as usize,
             state: self.state,
+            rates: rates(config),
             hz: config.servo_hz as f32,
-        };
-        view.halt().0
+        }
     }
+
+    /// Makes the ceiling over what lies ahead; `false` while too little is known: neither a stop nor a full window.
+    ///
+    /// What is looked at depends on the running numbers of segments only, never on what else has come: decisions do not
+    /// depend on when segments arrive. What lies behind a stop is not looked at.
+    fn raise_ceiling(&mut self, config: &Config) -> bool {
+        let here = self.first.wrapping_add(self.cursor as u32);
+        if self
+            .until
+            .is_some_and(|until| until.wrapping_sub(here) <= nodes::NODES as u32)
+        {
+            return true;
+        }
+        let end = (here | (BATCH - 1)).wrapping_add(LOOK_AHEAD);
+        let wanted = end.wrapping_sub(self.first) as usize;
+        let known = (wanted + 1).min(self.known());
+        let stop = (self.cursor..known).find(|&index| self.nodes.get(index).stop);
+        let (last, ahead) = match stop {
+            Some(stop) => (stop, 0),
+            None if known > wanted => (wanted, LOOK_AHEAD),
+            None => return false,
+        };
+        self.build(config, &self.tempo_now(), self.cursor, last);
+        self.last = self.first.wrapping_add(last as u32);
+        self.until = Some(self.last.wrapping_sub(ahead));
+        true
+    }
+}
+
+/// Limits of the axes, of jerk-limited motion and of the other.
+fn rates(config: &Config) -> [Rates; 2] {
+    [Rates::new(config, true), Rates::new(config, false)]
+}
+
+/// Velocity a block asks for on a segment: `feed`, or where that is infinite the largest at which no axis is too fast.
+fn programmed(config: &Config, shape: &PathShape, feed: f32) -> f32 {
+    if feed.is_finite() {
+        return feed * shape.feed_scale;
+    }
+    let mut v = f32::MAX;
+    for (i, axis) in config.axes.iter().enumerate() {
+        let slope = shape.high.first[i].max(-shape.low.first[i]);
+        if slope > 0.0 {
+            v = v.min(axis.v_max / slope);
+        }
+    }
+    v
 }

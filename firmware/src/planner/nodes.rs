@@ -1,38 +1,66 @@
-//! The look-ahead window: limits and length of every segment that has not been driven yet.
+//! The look-ahead window: limits and length of every segment that has not been driven yet, and the ceiling over them.
 
-use super::limits::PathLimits;
+use super::ceiling::Branch;
+use super::limits::CurveLimits;
+use super::tempo::Passing;
 
 /// Segments the window can hold. A power of two; includes those already planned but not yet driven.
 pub const NODES: usize = 256;
 
-/// One segment as the planner sees it.
+/// One segment as the planner sees it. Words are enough for the alignment of what lies in the window.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(packed(4))]
 pub struct Node {
     /// Length, Q10.54.
     pub length_q: i64,
     /// Length, path units.
     pub length: f32,
     /// Limits inside.
-    pub limits: PathLimits,
+    pub limits: CurveLimits,
     /// Velocity allowed over the joint at its end.
     pub exit_v: f32,
+    /// Share of the jerk that is left in the ticks around that joint.
+    pub exit_share: f32,
     /// The path comes to rest at its end.
     pub stop: bool,
     /// Limited in acceleration, not in jerk.
     pub brisk: bool,
+    /// Velocity the curve itself allows.
+    pub curve_v: f32,
+    /// Velocity the program asks for: the feed, in rapid motion that of the fastest axis.
+    pub programmed_v: f32,
+    /// Rapid motion: the rapid override counts.
+    pub rapid: bool,
+    /// `exit_v` and `exit_share` are those of a feed override above 100 %.
+    pub raised: bool,
+    /// The same for the other range of overrides.
+    pub other: Passing,
+    /// State of the ceiling at its start.
+    pub start: Branch,
 }
 
+/// Where there is no node.
 const EMPTY: Node = Node {
+    exit_share: 1.0,
+    stop: true,
+    ..UNUSED
+};
+
+/// A place in the ring that holds none: all zeros, so that a static ring needs neither flash nor a copy on the stack.
+const UNUSED: Node = Node {
     length_q: 0,
     length: 0.0,
-    limits: PathLimits {
-        v: 0.0,
-        a: 0.0,
-        j: 0.0,
-    },
+    limits: CurveLimits::NONE,
     exit_v: 0.0,
-    stop: true,
+    exit_share: 0.0,
+    stop: false,
     brisk: false,
+    curve_v: 0.0,
+    programmed_v: 0.0,
+    rapid: false,
+    raised: false,
+    other: Passing { v: 0.0, share: 1.0 },
+    start: Branch::REST,
 };
 
 /// Ring of nodes, oldest first.
@@ -47,7 +75,7 @@ impl Nodes {
     #[must_use]
     pub const fn new() -> Self {
         Self {
-            ring: [EMPTY; NODES],
+            ring: [UNUSED; NODES],
             head: 0,
             len: 0,
         }
@@ -91,6 +119,11 @@ impl Nodes {
         self.len = 0;
     }
 
+    /// The node `index` places behind the oldest, to be written; `None` where there is none.
+    pub fn get_mut(&mut self, index: usize) -> Option<&mut Node> {
+        (index < self.len).then(|| &mut self.ring[(self.head + index) % NODES])
+    }
+
     /// The node `index` places behind the oldest; a stop of zero length where there is none.
     #[must_use]
     pub fn get(&self, index: usize) -> &Node {
@@ -105,5 +138,15 @@ impl Nodes {
 impl Default for Nodes {
     fn default() -> Self {
         Self::new()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn node_takes_no_more_than_a_hundred_bytes() {
+        assert!(size_of::<Node>() <= 100, "{}", size_of::<Node>());
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! In: bytes as they come from the wire. Out: complete lines for the interpreter, real-time requests, and a
 //! transmit buffer. The surface is that of GRBL 1.1 senders: every line is answered by `ok` or `error:N`; `?`, `!`,
-//! `~` and 0x18 act at once and take no buffer space.
+//! `~`, 0x18 and the override bytes 0x90 to 0x97 act at once and take no buffer space.
 
 pub mod report;
 
@@ -26,19 +26,70 @@ pub enum Incoming {
     Event(Event),
     /// `?`: asks for a status report.
     Status,
+    /// Changes the feed override by so many percent.
+    FeedBy(i8),
     /// Part of a line.
     Text,
     /// Dropped in silence: a byte from 0x80 up that is not assigned.
     Nothing,
 }
 
-/// Sorts one byte.
+/// Sorts bytes in the order of the wire.
+///
+/// An override byte can be a part of a letter: UTF-8 writes the Hungarian letter with the double acute as 0xC5 0x91, and
+/// it stands in comments. So what continues a character counts as text nobody reads. Only behind 0xC2 the byte counts by
+/// itself, because some senders write the override bytes themselves as characters.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Sorter {
+    /// Bytes that the character begun still has.
+    inside: u8,
+}
+
+impl Sorter {
+    /// Between characters.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self { inside: 0 }
+    }
+
+    /// Sorts one byte.
+    #[inline]
+    pub fn sort(&mut self, byte: u8) -> Incoming {
+        // Most of a program does not concern a character under way; the line end behind it does.
+        if is_plain(byte) {
+            return Incoming::Text;
+        }
+        self.sort_rest(byte)
+    }
+
+    #[inline(never)]
+    fn sort_rest(&mut self, byte: u8) -> Incoming {
+        if self.inside > 0 && (0x80..0xc0).contains(&byte) {
+            self.inside -= 1;
+            return Incoming::Nothing;
+        }
+        self.inside = match byte {
+            0xc3..=0xdf => 1,
+            0xe0..=0xef => 2,
+            0xf0..=0xf4 => 3,
+            _ => 0,
+        };
+        classify(byte)
+    }
+}
+
+/// The most of a program: `"` to `>`, that is signs and digits, and `@` to `}`.
+#[inline]
+fn is_plain(byte: u8) -> bool {
+    let code = u32::from(byte);
+    code.wrapping_sub(0x22) < 29 || code.wrapping_sub(0x40) < 62
+}
+
+/// Sorts one byte that is not inside a character of several.
 #[must_use]
 #[inline]
 pub fn classify(byte: u8) -> Incoming {
-    let code = u32::from(byte);
-    // The most of a program: `"` to `>`, that is signs and digits, and `@` to `}`.
-    if code.wrapping_sub(0x22) < 29 || code.wrapping_sub(0x40) < 62 {
+    if is_plain(byte) {
         return Incoming::Text;
     }
     match byte {
@@ -46,15 +97,25 @@ pub fn classify(byte: u8) -> Incoming {
         b'~' => Incoming::Event(Event::Resume),
         0x18 => Incoming::Event(Event::Reset),
         b'?' => Incoming::Status,
+        0x90 => Incoming::Event(Event::Feed(100)),
+        0x91 => Incoming::FeedBy(10),
+        0x92 => Incoming::FeedBy(-10),
+        0x93 => Incoming::FeedBy(1),
+        0x94 => Incoming::FeedBy(-1),
+        0x95 => Incoming::Event(Event::Rapid(100)),
+        0x96 => Incoming::Event(Event::Rapid(50)),
+        0x97 => Incoming::Event(Event::Rapid(25)),
         0x80.. => Incoming::Nothing,
         _ => Incoming::Text,
     }
 }
 
-/// True for a byte that acts at once and must not wait in a buffer.
-#[must_use]
-pub fn is_realtime(byte: u8) -> bool {
-    matches!(classify(byte), Incoming::Event(_) | Incoming::Status)
+impl Incoming {
+    /// True for what acts at once and must not wait in a buffer.
+    #[must_use]
+    pub fn is_realtime(self) -> bool {
+        matches!(self, Self::Event(_) | Self::FeedBy(_) | Self::Status)
+    }
 }
 
 /// Receive and transmit buffers.
@@ -187,7 +248,37 @@ mod tests {
         assert_eq!(classify(0x18), Incoming::Event(Event::Reset));
         assert_eq!(classify(0xc2), Incoming::Nothing);
         assert_eq!(classify(b'G'), Incoming::Text);
-        assert!(is_realtime(b'?') && !is_realtime(b'\n'));
+        assert!(classify(b'?').is_realtime() && !classify(b'\n').is_realtime());
+    }
+
+    #[test]
+    fn override_bytes_are_those_of_grbl_and_letters_are_not() {
+        let sorted = |bytes: &[u8]| -> Vec<Incoming> {
+            let mut sorter = Sorter::new();
+            let all = bytes.iter().map(|&byte| sorter.sort(byte));
+            all.filter(|&what| what.is_realtime()).collect()
+        };
+        let by = Incoming::FeedBy;
+        let to = |event| Incoming::Event(event);
+        let all = [
+            to(Event::Feed(100)),
+            by(10),
+            by(-10),
+            by(1),
+            by(-1),
+            to(Event::Rapid(100)),
+            to(Event::Rapid(50)),
+            to(Event::Rapid(25)),
+        ];
+        assert_eq!(sorted(b"\x90\x91\x92\x93\x94\x95\x96\x97"), all);
+        // The same as characters.
+        assert_eq!(
+            sorted("\u{90}\u{91}\u{92}\u{93}\u{94}\u{95}\u{96}\u{97}".as_bytes()),
+            all
+        );
+        // Letters whose last bytes are override bytes, and a bare byte behind one of Latin-1 and a line end.
+        assert_eq!(sorted("(\u{151} \u{2014}\u{1f411})".as_bytes()), []);
+        assert_eq!(sorted(b"(\xe9)\n\x91"), [by(10)]);
     }
 
     #[test]

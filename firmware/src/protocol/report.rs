@@ -35,9 +35,11 @@ pub struct Status {
     pub feed: u32,
     /// Text line being executed.
     pub block: u32,
+    /// Feed and rapid override, percent.
+    pub overrides: [u8; 2],
 }
 
-/// Writes `<State|Bf:..|FS:..|Ln:..|MPos:..|WCO:..>`; positions in mm or degrees.
+/// Writes `<State|MPos:..|Bf:..|FS:..|Ov:..|Ln:..|WCO:..>`; positions in mm or degrees.
 ///
 /// # Errors
 /// If `out` is full.
@@ -61,8 +63,13 @@ pub fn status(out: &mut impl Write, config: &Config, status: &Status) -> fmt::Re
     }
     write!(
         out,
-        "|Bf:{},{}|FS:{},0|Ln:{}|WCO:",
-        status.planner_free, status.receive_free, status.feed, status.block
+        "|Bf:{},{}|FS:{},0|Ov:{},{},100|Ln:{}|WCO:",
+        status.planner_free,
+        status.receive_free,
+        status.feed,
+        status.overrides[0],
+        status.overrides[1],
+        status.block
     )?;
     for (a, &offset) in config.zero_offsets[0].iter().enumerate() {
         let comma = if a > 0 { "," } else { "" };

@@ -11,7 +11,7 @@ pub const SLOTS: u16 = 560;
 /// The k-th rising edge (k = 0..count) falls in slot `(first + k * pitch) >> 16`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct AxisSteps {
-    /// Number of steps in this tick.
+    /// Number of steps in this tick; without any, the rest has no meaning.
     pub count: u16,
     /// Direction: true counts down.
     pub negative: bool,

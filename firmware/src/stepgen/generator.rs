@@ -5,23 +5,28 @@
 //! never closer than the pitch of the faster of two neighbouring ticks, also across the tick border.
 
 use super::{AxisSteps, StepFrame, SLOTS};
-use crate::units::AXES;
+use crate::units::{phase, Phase, AXES, PHASE_FRAC};
 
-/// Adding this turns rounding half up into a plain floor.
-const HALF: i64 = 1 << 31;
+/// Fractional bits of the upper word of a [`Phase`].
+const UPPER_FRAC: u32 = PHASE_FRAC - 32;
 
 /// Steps emitted for a commanded position in Q32.32 steps: rounded half up.
 #[inline]
 #[must_use]
 pub fn emitted(commanded: i64) -> i32 {
-    ((commanded + HALF) >> 32) as i32
+    (commanded.wrapping_add(1 << 31) >> 32) as i32
 }
 
 /// Turns successive positions into frames.
 #[derive(Clone, Debug)]
 pub struct StepGenerator {
-    position: [i64; AXES],
+    /// Where each axis is, and how many steps it has made.
+    at: [Phase; AXES],
+    emitted: [i32; AXES],
     negative: [bool; AXES],
+    frame: StepFrame,
+    /// The frame holds steps.
+    stepped: bool,
     /// Slots kept free before the first edge after a change of direction.
     turn_slots: u32,
     /// Share of the tick that is left then, Q16.
@@ -36,62 +41,79 @@ impl StepGenerator {
         let slots = u32::from(SLOTS);
         let turn_slots = (2 * u32::from(pulse_slots) + u32::from(dir_setup_slots)).min(slots / 2);
         Self {
-            position,
+            at: position.map(phase),
+            emitted: position.map(emitted),
             negative: [false; AXES],
+            frame: StepFrame::default(),
+            stepped: false,
             turn_slots,
             turn_share: ((slots - turn_slots) << 16) / slots,
         }
     }
 
-    /// Last position taken.
+    /// Last position taken, Q32.32 steps; what a phase holds beyond that is cut off.
     #[must_use]
-    pub fn position(&self) -> &[i64; AXES] {
-        &self.position
+    pub fn position(&self) -> [i64; AXES] {
+        core::array::from_fn(|a| {
+            let fraction = (self.at[a] >> (PHASE_FRAC - 32)) & 0xffff_ffff;
+            ((i64::from(self.emitted[a]) << 32) | fraction).wrapping_sub(1 << 31)
+        })
     }
 
-    /// Frame of the tick that ends at `next`.
-    ///
-    /// At most `SLOTS` steps per axis; the configuration bounds velocities well below.
-    pub fn advance(&mut self, next: &[i64; AXES]) -> StepFrame {
-        let mut frame = StepFrame::default();
-        for a in 0..AXES {
-            let (from, to) = (self.position[a] + HALF, next[a] + HALF);
-            let steps = (to >> 32) - (from >> 32);
-            if steps != 0 {
-                frame.axes[a] = self.edges(a, from, to, steps);
+    /// Steps emitted so far.
+    #[inline]
+    #[must_use]
+    pub fn emitted(&self) -> &[i32; AXES] {
+        &self.emitted
+    }
+
+    /// The frame of this tick, if any axis steps in it.
+    #[inline]
+    #[must_use]
+    pub fn frame(&self) -> Option<&StepFrame> {
+        self.stepped.then_some(&self.frame)
+    }
+
+    /// Begins a tick: no axis has moved yet.
+    #[inline(always)]
+    pub fn begin(&mut self) {
+        if self.stepped {
+            self.stepped = false;
+            for axis in &mut self.frame.axes {
+                axis.count = 0;
             }
         }
-        self.position = *next;
-        frame
     }
 
-    fn edges(&mut self, axis: usize, from: i64, to: i64, steps: i64) -> AxisSteps {
+    /// Moves `axis` to `next`, where it is at the end of this tick. At most once per tick and axis.
+    ///
+    /// At most `SLOTS` steps; the configuration bounds velocities well below.
+    #[inline(always)]
+    pub fn lead(&mut self, axis: usize, next: Phase) {
+        let before = core::mem::replace(&mut self.at[axis], next);
+        if upper(before ^ next) >> UPPER_FRAC != 0 {
+            self.edges(axis, before, next);
+        }
+    }
+
+    /// Edges of an axis that makes steps.
+    #[inline(never)]
+    fn edges(&mut self, axis: usize, before: Phase, next: Phase) {
+        // Whole parts modulo 2^14, so the difference has 14 bits and a sign.
+        let border = |x: Phase| upper(x) & !((1 << UPPER_FRAC) - 1);
+        let steps = border(next).wrapping_sub(border(before)) as i32 >> UPPER_FRAC;
         let negative = steps < 0;
-        let fraction = from & 0xffff_ffff;
-        // Distance to the first crossing and distance covered, Q32 steps.
-        let first = if negative {
-            fraction
-        } else {
-            (1 << 32) - fraction
-        } as u64;
-        let span = to.abs_diff(from);
-        // 1 / span with a 16-bit mantissa, rounded down so that no edge is pushed out of the tick.
-        let zeros = span.leading_zeros();
-        let mantissa = ((span << zeros) >> 48) as u32 + 1;
-        let reciprocal = u64::from(u32::MAX / mantissa);
-        let to_slots = |distance: u64| -> u32 {
-            let ratio = (((distance << zeros) >> 32) * reciprocal) >> 16;
-            ((ratio * u64::from(SLOTS)) >> 16) as u32
-        };
+        let count = steps.unsigned_abs();
+        // Distance to the first crossing, Q0.32 steps, a unit too short at most.
+        let fraction = (before >> (PHASE_FRAC - 32)) as u32;
+        let first = if negative { fraction } else { !fraction };
+        let span = next.wrapping_sub(before).unsigned_abs();
+        let (first, pitch) = place(first, span);
         let mut edges = AxisSteps {
-            count: steps.unsigned_abs() as u16,
+            count: count as u16,
             negative,
-            first: to_slots(first).saturating_sub(1),
-            pitch: if steps.unsigned_abs() > 1 {
-                to_slots(1 << 32)
-            } else {
-                0
-            },
+            first: first.saturating_sub(1),
+            pitch: if count > 1 { pitch } else { 0 },
         };
         if negative != self.negative[axis] {
             self.negative[axis] = negative;
@@ -99,7 +121,43 @@ impl StepGenerator {
             edges.first = (self.turn_slots << 16) + squeeze(edges.first);
             edges.pitch = squeeze(edges.pitch);
         }
-        edges
+        self.emitted[axis] = self.emitted[axis].wrapping_add(steps);
+        self.frame.axes[axis] = edges;
+        self.stepped = true;
+    }
+}
+
+/// The upper word of a phase.
+#[inline(always)]
+fn upper(x: Phase) -> u32 {
+    (x as u64 >> 32) as u32
+}
+
+/// Time of the first edge and time between edges, Q16.16 slots, for a way of `first` (Q0.32 steps) to the first edge and
+/// `span` (steps with [`PHASE_FRAC`] fractional bits) in the whole tick. Rounded down, so that no edge is pushed out of
+/// the tick. The pitch is zero where no second edge can be.
+///
+/// One division of words: 1 / span has 16 bits, which places the last of 280 edges within 1/50 slot.
+#[inline(always)]
+fn place(first: u32, span: u64) -> (u32, u32) {
+    const SLOT: u32 = SLOTS as u32;
+    let whole = (span >> 32) as u32;
+    if whole >> UPPER_FRAC != 0 {
+        // A step or more: whole = mantissa 2^(16 - zeros), at most one less than the way.
+        let zeros = whole.leading_zeros();
+        let mantissa = ((whole << zeros) >> 16) + 1;
+        // slots / way = SLOT 2^16 2^UPPER_FRAC / (mantissa 2^(16 - zeros))
+        let pitch = (SLOT * (u32::MAX / mantissa)) >> (32 - UPPER_FRAC - zeros);
+        let first = (u64::from(first) * u64::from(pitch)) >> 32;
+        (first as u32, pitch)
+    } else {
+        // Less than a step, so one edge: both ways are fractions of a step.
+        let way = ((span >> (PHASE_FRAC - 32)) as u32).max(1);
+        let zeros = way.leading_zeros();
+        let mantissa = ((way << zeros) >> 16) + 1;
+        // 6 bits behind the point: 2^16 SLOT 2^6 is just below 2^32.
+        let share = ((first.min(way) << zeros) >> 16) * (SLOT << 6) / mantissa;
+        (share << 10, 0)
     }
 }
 
@@ -107,6 +165,8 @@ impl StepGenerator {
 mod tests {
     use super::*;
     use proptest::prelude::*;
+
+    const HALF: i64 = 1 << 31;
 
     proptest! {
         /// Edges add up to the rounded position, lie inside the tick, rise in time, and stand where the
@@ -125,7 +185,11 @@ mod tests {
             for delta in moves {
                 let delta = if slow { delta >> 9 } else { delta };
                 let next = at + delta;
-                let edges = generator.advance(&[next; AXES]).axes[3];
+                generator.begin();
+                (0..AXES).for_each(|a| generator.lead(a, phase(next)));
+                let edges = generator.frame().copied().unwrap_or_default().axes[3];
+                prop_assert_eq!(generator.position()[3], next);
+                prop_assert_eq!(generator.emitted()[3], emitted(next));
                 counted += edges.signed_count();
                 prop_assert_eq!(counted, emitted(next));
                 let slots: Vec<u16> = edges.slots().collect();

@@ -11,12 +11,63 @@
 //! still standing from the tick before has ended, and has stood still for its width, before its direction
 //! pin moves.
 
-use super::{StepFrame, SLOTS};
+use core::cell::Cell;
+use core::sync::atomic::{compiler_fence, Ordering};
+
+use super::{AxisSteps, StepFrame, SLOTS};
 use crate::config::Config;
 use crate::units::AXES;
 
 /// Words of one tick.
 pub type PortWords = [u32; SLOTS as usize];
+
+/// Words of one tick, and whether any of them is not zero.
+pub struct PortBuffer {
+    words: PortWords,
+    used: bool,
+}
+
+impl PortBuffer {
+    /// Nothing changes.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self {
+            words: [0; SLOTS as usize],
+            used: false,
+        }
+    }
+
+    /// What goes out, one word per slot.
+    #[must_use]
+    pub fn words(&self) -> &PortWords {
+        &self.words
+    }
+
+    /// Makes all words zero, if they are not.
+    #[inline(always)]
+    fn clear(&mut self) {
+        const CHUNK: usize = 56;
+        const FEW: usize = 8;
+        const _: () = assert!((SLOTS as usize).is_multiple_of(CHUNK) && CHUNK.is_multiple_of(FEW));
+        if !self.used {
+            return;
+        }
+        self.used = false;
+        for chunk in self.words.chunks_exact_mut(CHUNK) {
+            for few in chunk.chunks_exact_mut(FEW) {
+                few.fill(0);
+                // Keeps the compiler from taking them all for one call of `memclr`, which stores a word at a time.
+                compiler_fence(Ordering::SeqCst);
+            }
+        }
+    }
+}
+
+impl Default for PortBuffer {
+    fn default() -> Self {
+        Self::new()
+    }
+}
 
 /// Which pins of the step port carry what, and how wide pulses are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -61,12 +112,18 @@ const fn reset(pin: u8) -> u32 {
     1 << ((pin & 15) + 16)
 }
 
+/// No pulse stands over.
+const NONE: u16 = u16::MAX;
+
 /// Expands frames, and remembers what reaches over the end of a tick.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub struct PortExpander {
-    /// Slot of the next tick in which the step pin of an axis falls; the pulses of an axis do not overlap,
+    pins: PinMap,
+    /// Slot of the next tick in which the step pin of an axis falls, or [`NONE`]; the pulses of an axis do not overlap,
     /// so there is one at most.
-    falling: [Option<u16>; AXES],
+    falling: [u16; AXES],
+    /// One of them is not [`NONE`].
+    standing: bool,
     /// Direction the pin shows: `None` before the first step.
     negative: [Option<bool>; AXES],
 }
@@ -74,52 +131,147 @@ pub struct PortExpander {
 impl PortExpander {
     /// No pulse standing, directions unknown.
     #[must_use]
-    pub const fn new() -> Self {
+    pub const fn new(pins: &PinMap) -> Self {
+        let mut pins = *pins;
+        // A pulse that lasts longer than a tick has no place.
+        if pins.pulse_slots > SLOTS {
+            pins.pulse_slots = SLOTS;
+        }
         Self {
-            falling: [None; AXES],
+            pins,
+            falling: [NONE; AXES],
+            standing: false,
             negative: [None; AXES],
         }
     }
 
-    /// Writes all words of the tick that `frame` describes.
+    /// Writes all words of the tick that `frame` describes, `None` if no axis steps in it.
     ///
     /// An edge beyond the last slot (no correct frame has one) is put into the last slot.
-    pub fn expand(&mut self, frame: &StepFrame, pins: &PinMap, out: &mut PortWords) {
-        out.fill(0);
-        let last = SLOTS - 1;
+    pub fn expand(&mut self, frame: Option<&StepFrame>, out: &mut PortBuffer) {
+        out.clear();
+        if self.standing {
+            self.finish_pulses(out);
+        }
+        let Some(frame) = frame else { return };
+        out.used = true;
         for (a, axis) in frame.axes.iter().enumerate() {
-            let fall = reset(pins.step[a]);
-            if let Some(slot) = self.falling[a].take() {
-                out[usize::from(slot.min(last))] |= fall;
-            }
-            if axis.count == 0 {
-                continue;
-            }
-            let first = ((axis.first >> 16) as u16).min(last);
-            if self.negative[a] != Some(axis.negative) {
-                self.negative[a] = Some(axis.negative);
-                let positive_is_high = pins.dir_high_is_positive >> a & 1 != 0;
-                let word = if axis.negative != positive_is_high {
-                    set(pins.dir[a])
-                } else {
-                    reset(pins.dir[a])
-                };
-                out[usize::from(first.saturating_sub(pins.dir_setup_slots))] |= word;
-            }
-            let rise = set(pins.step[a]);
-            // Wrapping: a correct frame ends below SLOTS << 16, and a wrong one may not stop the machine.
-            let mut at = axis.first;
-            for _ in 0..axis.count {
-                let slot = ((at >> 16) as u16).min(last);
-                out[usize::from(slot)] |= rise;
-                let end = slot + pins.pulse_slots.min(SLOTS);
-                match out.get_mut(usize::from(end)) {
-                    Some(word) => *word |= fall,
-                    None => self.falling[a] = Some(end - SLOTS),
-                }
-                at = at.wrapping_add(axis.pitch);
+            if axis.count != 0 {
+                self.axis(a, axis, &mut out.words);
             }
         }
+    }
+
+    /// Pulses that began in the tick before.
+    #[inline(never)]
+    fn finish_pulses(&mut self, out: &mut PortBuffer) {
+        for (a, slot) in self.falling.iter_mut().enumerate() {
+            if *slot != NONE {
+                out.words[usize::from((*slot).min(SLOTS - 1))] |= reset(self.pins.step[a]);
+                *slot = NONE;
+            }
+        }
+        self.standing = false;
+        out.used = true;
+    }
+
+    /// The edges of axis `a`.
+    #[inline(always)]
+    fn axis(&mut self, a: usize, axis: &AxisSteps, out: &mut PortWords) {
+        let pins = &self.pins;
+        let last = SLOTS - 1;
+        if self.negative[a] != Some(axis.negative) {
+            self.negative[a] = Some(axis.negative);
+            let positive_is_high = pins.dir_high_is_positive >> a & 1 != 0;
+            let word = if axis.negative != positive_is_high {
+                set(pins.dir[a])
+            } else {
+                reset(pins.dir[a])
+            };
+            let first = ((axis.first >> 16) as u16).min(last);
+            out[usize::from(first.saturating_sub(pins.dir_setup_slots))] |= word;
+        }
+        let edge = Edge {
+            rise: set(pins.step[a]),
+            fall: reset(pins.step[a]),
+            pulse: usize::from(pins.pulse_slots),
+        };
+        let words = Cell::from_mut(&mut out[..]).as_slice_of_cells();
+        if let Some(slot) = edge.train(words, axis) {
+            self.falling[a] = slot;
+            self.standing = true;
+        }
+    }
+}
+
+/// How a step pin goes up and down.
+#[derive(Clone, Copy)]
+struct Edge {
+    rise: u32,
+    fall: u32,
+    /// Slots from one to the other, at most [`SLOTS`].
+    pulse: usize,
+}
+
+impl Edge {
+    /// Writes the pulses of one axis; the slot of the next tick in which the last of them ends, if not in this one.
+    ///
+    /// This is where most of the time goes at high step rates. One comparison per step ends the loop and bounds both
+    /// words: the views of rising and falling edges are the same words a pulse apart, cut where the last edge is.
+    #[inline(never)]
+    fn train(self, words: &[Cell<u32>], axis: &AxisSteps) -> Option<u16> {
+        const TICK: u32 = (SLOTS as u32) << 16;
+        let more = u32::from(axis.count) - 1;
+        let pitch = if more > 0 { axis.pitch } else { TICK };
+        let last = u64::from(axis.first) + u64::from(more) * u64::from(pitch);
+        if !(1 << 16..=TICK).contains(&pitch) || last >= u64::from(TICK) {
+            return self.crooked(words, axis);
+        }
+        let last = last as u32;
+        let edges = (last >> 16) as usize + 1;
+        let inside = (words.len() - self.pulse).min(edges);
+        let (rises, falls) = (&words[..inside], &words[self.pulse..][..inside]);
+        let mut at = axis.first;
+        loop {
+            let slot = (at >> 16) as usize;
+            let (Some(rise), Some(fall)) = (rises.get(slot), falls.get(slot)) else {
+                break;
+            };
+            rise.set(rise.get() | self.rise);
+            fall.set(fall.get() | self.fall);
+            at += pitch;
+        }
+        // The rest, one in a correct frame, is pulses that reach over the end of the tick.
+        let mut over = None;
+        while at <= last {
+            over = self.pulse(words, (at >> 16) as usize).or(over);
+            at += pitch;
+        }
+        over
+    }
+
+    /// One pulse from `slot` on, or from the last one if `slot` is beyond it.
+    fn pulse(self, words: &[Cell<u32>], slot: usize) -> Option<u16> {
+        let slot = slot.min(words.len() - 1);
+        let end = slot + self.pulse;
+        words[slot].set(words[slot].get() | self.rise);
+        match words.get(end) {
+            Some(word) => word.set(word.get() | self.fall),
+            None => return Some((end - words.len()) as u16),
+        }
+        None
+    }
+
+    /// The same for a frame that no correct generator makes; a wrong one may not stop the machine.
+    #[inline(never)]
+    fn crooked(self, words: &[Cell<u32>], axis: &AxisSteps) -> Option<u16> {
+        let mut over = None;
+        let mut at = axis.first;
+        for _ in 0..axis.count {
+            over = self.pulse(words, (at >> 16) as usize).or(over);
+            at = at.wrapping_add(axis.pitch);
+        }
+        over
     }
 }
 
@@ -251,15 +403,19 @@ mod tests {
     }
 
     fn expand_all(frames: &[StepFrame], pins: &PinMap) -> Vec<u32> {
-        let mut expander = PortExpander::new();
+        let mut expander = PortExpander::new(pins);
         let mut words = vec![pins.all_low()];
-        let mut out = [0xdead_beef; SLOTS as usize];
-        for frame in frames {
-            expander.expand(frame, pins, &mut out);
-            words.extend_from_slice(&out);
+        // The buffers of a board in turn.
+        let mut buffers = [const { PortBuffer::new() }; 2];
+        for (k, frame) in frames.iter().enumerate() {
+            let steps = frame.axes.iter().any(|axis| axis.count > 0);
+            expander.expand(steps.then_some(frame), &mut buffers[k % 2]);
+            words.extend_from_slice(buffers[k % 2].words());
         }
-        expander.expand(&StepFrame::default(), pins, &mut out);
-        words.extend_from_slice(&out);
+        for buffer in &mut buffers {
+            expander.expand(None, buffer);
+            words.extend_from_slice(buffer.words());
+        }
         words
     }
 
@@ -321,10 +477,10 @@ mod tests {
                 *axis = AxisSteps { count, negative, first, pitch };
             }
             let pins = PinMap { pulse_slots: pulse, dir_setup_slots: setup, ..pins(0) };
-            let mut out = [0; SLOTS as usize];
-            let mut expander = PortExpander::new();
-            expander.expand(&frame, &pins, &mut out);
-            expander.expand(&frame, &pins, &mut out);
+            let mut out = PortBuffer::new();
+            let mut expander = PortExpander::new(&pins);
+            expander.expand(Some(&frame), &mut out);
+            expander.expand(Some(&frame), &mut out);
         }
     }
 

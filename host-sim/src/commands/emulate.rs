@@ -12,6 +12,7 @@ use super::progress_bar;
 use crate::cli::LanguageArgs;
 use crate::diagnostics::{Exit, Failure, Located};
 use crate::emulate::{self, EmulateError, Emulated, Observer, Options};
+use crate::events;
 use crate::program::Program;
 use crate::runner::End;
 use crate::summary::ErrorSummary;
@@ -24,6 +25,9 @@ pub struct EmulateArgs {
     /// Write the summary as JSON.
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
+    /// Play the `tick,event` rows that `run --events` plays.
+    #[arg(long, value_name = "FILE.csv")]
+    pub events: Option<PathBuf>,
     /// Pass M0 and M1 without waiting for cycle start.
     #[arg(long)]
     pub auto_start: bool,
@@ -96,7 +100,12 @@ impl Observer for Bar {
 pub fn emulate(args: &EmulateArgs) -> Result<Exit, Failure> {
     let reading = args.language.reading(MACHINE.dialect);
     let program = Program::load_as(&args.program, &reading)?;
+    let events = match &args.events {
+        Some(path) => events::load(path)?,
+        None => Vec::new(),
+    };
     let options = Options {
+        events,
         image: args.image.clone(),
         auto_start: args.auto_start,
         preamble: args.language.preamble(),
@@ -154,6 +163,7 @@ fn conclude(program: &Program, emulated: &Emulated) -> (EmulationSummary, Option
             let located = located.help("--auto-start passes M0 and M1");
             ("waiting", Some(Failure::new(Exit::Waiting, located)))
         }
+        End::Reset => ("reset", None),
         // The emulated board ends in no other way.
         _ => ("finished", None),
     };

@@ -46,6 +46,8 @@ pub enum EmulateError {
         /// Servo ticks per second.
         servo_hz: u32,
     },
+    /// The event file has too many rows, or one whose tick is too large.
+    Timetable,
     /// The trace is damaged.
     Trace(UnknownTag),
     /// The firmware panicked.
@@ -97,6 +99,10 @@ impl fmt::Display for EmulateError {
             Self::WrongImage { version, servo_hz } => write!(
                 f,
                 "the image does not fit: trace version {version}, servo rate {servo_hz} Hz"
+            ),
+            Self::Timetable => write!(
+                f,
+                "the emulated board takes 64 event rows at most, and ticks below 2^32"
             ),
             Self::Trace(error) => write!(f, "{error}"),
             Self::Panicked(text) => write!(f, "the firmware panicked: {text}"),

@@ -13,6 +13,7 @@ use std::time::{Duration, Instant};
 
 use pentaspline::board::trace::{self, Packet, Rest};
 use pentaspline::board::MACHINE;
+use pentaspline::machine::timetable::{Row, ROWS_MAX};
 use pentaspline::protocol::RECEIVE_SIZE;
 use pentaspline::stepgen::record::FrameDigest;
 use pentaspline::stepgen::StepFrame;
@@ -49,6 +50,8 @@ pub struct Options {
     pub image: Option<PathBuf>,
     /// Give cycle start at `M0` and `M1`.
     pub auto_start: bool,
+    /// What happens when, in order of the clock of [`pentaspline::machine::timetable`].
+    pub events: Vec<Row>,
     /// A `$` line, without its line end, that goes before the program.
     pub preamble: Option<&'static str>,
     /// Give up if the board neither moves nor takes a line for this long (wall clock).
@@ -62,6 +65,7 @@ impl Default for Options {
         Self {
             image: None,
             auto_start: false,
+            events: Vec::new(),
             preamble: None,
             stall: Duration::from_secs(120),
             deadline: Duration::from_secs(3600),
@@ -148,10 +152,12 @@ pub fn emulate(
         messages: Vec::new(),
         ended_by: None,
         prepared: options.preamble.is_none(),
+        program_stops: 0,
         program_bytes: Vec::new(),
         trace_bytes: Vec::new(),
     };
     session.greet()?;
+    session.load()?;
     session.prepare()?;
     let end = session.stream()?;
     session.conclude(end)
@@ -168,6 +174,8 @@ struct Frames {
     hello: bool,
     rest: Option<Rest>,
     stack: Option<(u32, u32)>,
+    /// Rows of the timetable that have not acted.
+    rows: usize,
 }
 
 struct Session<'a> {
@@ -190,6 +198,8 @@ struct Session<'a> {
     ended_by: Option<End>,
     /// The preamble has been answered.
     prepared: bool,
+    /// Program stops that have not been passed.
+    program_stops: u32,
     program_bytes: Vec<u8>,
     trace_bytes: Vec<u8>,
 }
@@ -206,6 +216,25 @@ impl Session<'_> {
         }
         // Only answers count from here on; those that were lost never come.
         self.unanswered = 0;
+        Ok(())
+    }
+
+    /// Sends the timetable, and waits until the board has all of it.
+    fn load(&mut self) -> Result<(), EmulateError> {
+        let rows = &self.options.events;
+        let sendable = rows.iter().map(trace::encode_row);
+        let sendable: Option<Vec<_>> = sendable.collect();
+        let Some(bytes) = sendable.filter(|_| rows.len() <= ROWS_MAX) else {
+            return Err(EmulateError::Timetable);
+        };
+        self.board.send(Line::Trace, &bytes.concat())?;
+        let asked = Instant::now();
+        while self.frames.rows < rows.len() {
+            if asked.elapsed() > GREETING {
+                return Err(EmulateError::NoAnswer(GREETING));
+            }
+            self.listen()?;
+        }
         Ok(())
     }
 
@@ -272,13 +301,15 @@ impl Session<'_> {
             "Idle" if self.feeder.is_done() && self.ended_by.is_none() => Ok(Some(End::Finished)),
             "Idle" | "Alarm" if settled => Ok(self.ended_by.take()),
             "Hold" if self.ended_by.is_some() && settled => Ok(self.ended_by.take()),
-            "Hold" if self.options.auto_start => {
+            // A hold of the timetable is for the timetable to end.
+            "Hold" if self.options.auto_start && self.program_stops > 0 => {
+                self.program_stops = 0;
                 self.board.send(Line::Program, b"~")?;
                 self.reports = 0;
                 Ok(None)
             }
-            "Hold" if settled => Ok(Some(End::Waiting {
-                held: false,
+            "Hold" if settled && self.frames.rows == 0 => Ok(Some(End::Waiting {
+                held: self.program_stops == 0,
                 after_block: 0,
             })),
             _ => Ok(None),
@@ -363,6 +394,12 @@ impl Session<'_> {
                     self.reports += 1;
                 }
                 None if self.banner.is_empty() => self.banner = line,
+                // Said again after a reset only.
+                None if line == self.banner => {
+                    self.feeder.stop();
+                    self.ended_by.get_or_insert(End::Reset);
+                    self.progress();
+                }
                 None => {}
             },
             Reply::Ok => {
@@ -380,7 +417,10 @@ impl Session<'_> {
                 self.ended_by.get_or_insert(End::Alarm(code));
                 self.progress();
             }
-            Reply::Message(text) => self.messages.push(text),
+            Reply::Message(text) => {
+                self.program_stops += u32::from(text.starts_with("program stop"));
+                self.messages.push(text);
+            }
         }
     }
 
@@ -415,6 +455,7 @@ impl Session<'_> {
                     }
                     frames.hello = true;
                 }
+                Packet::Rows(left) => frames.rows = left.into(),
                 Packet::Stack { deepest, size } => frames.stack = Some((deepest, size)),
                 Packet::Panic(text) => {
                     return Err(EmulateError::Panicked(

@@ -22,7 +22,7 @@ fn play(text: &str, auto_start: bool, events: &[(Tick, Event)]) -> (Outcome, Vec
     let machine = Machine::built_in().unwrap();
     let events = events
         .iter()
-        .map(|&(tick, event)| TimedEvent { tick, event })
+        .map(|&(tick, event)| Row { tick, event })
         .collect();
     let options = Options {
         auto_start,

@@ -13,7 +13,9 @@ use core::sync::atomic::Ordering::{Acquire, Relaxed, Release};
 use heapless::Deque;
 use micromath::F32;
 
+use super::servo::path_feed;
 use super::shared::Shared;
+use super::timetable::Standing;
 use super::{Event, Place, State};
 use crate::catalogue::machine as message;
 use crate::compensation::{Compensator, Output};
@@ -23,8 +25,9 @@ use crate::geometry::rounding::Rounder;
 use crate::geometry::travel::TravelBounds;
 use crate::geometry::{GeometryErrorKind, SegmentBuilder};
 use crate::nc::{Auxiliary, Command, Interpreter};
+use crate::planner::tempo::{Change, FEED_MAX};
 use crate::planner::{Planner, SegmentOrder};
-use crate::protocol::{classify, report, Incoming, Wire};
+use crate::protocol::{report, Incoming, Sorter, Wire};
 use crate::units::{Nano, Position, Steps, Tick, AXES, NANO_PER_UNIT};
 
 /// Commands one line can give.
@@ -92,6 +95,7 @@ pub struct Controller<'a> {
     /// A line has been taken and not yet answered.
     answer_due: bool,
     wire: Wire,
+    sorter: Sorter,
     status_due: bool,
     banner_due: bool,
     /// An error or fault latched.
@@ -133,6 +137,7 @@ impl<'a> Controller<'a> {
             standstill: None,
             answer_due: false,
             wire: Wire::new(),
+            sorter: Sorter::new(),
             status_due: false,
             banner_due: true,
             alarm: false,
@@ -148,7 +153,7 @@ impl<'a> Controller<'a> {
     /// One byte from the wire. Real-time bytes act at once and never take buffer space.
     #[inline]
     pub fn receive(&mut self, byte: u8) {
-        match classify(byte) {
+        match self.sorter.sort(byte) {
             Incoming::Text => {
                 self.received = true;
                 self.wire.receive(byte);
@@ -163,6 +168,10 @@ impl<'a> Controller<'a> {
         match incoming {
             Incoming::Event(event) => self.event(event),
             Incoming::Status => self.status_due = true,
+            Incoming::FeedBy(percent) => {
+                let asked = i16::from(self.planner.tempo().feed) + i16::from(percent);
+                self.event(Event::Feed(asked.clamp(0, FEED_MAX.into()) as u8));
+            }
             Incoming::Text | Incoming::Nothing => {}
         }
     }
@@ -208,6 +217,9 @@ impl<'a> Controller<'a> {
                 self.standstill = None;
                 self.answer_due = false;
             }
+            Event::Feed(percent) => self.planner.request(Change::Feed(percent)),
+            Event::Rapid(percent) => self.planner.request(Change::Rapid(percent)),
+            Event::Starve(ticks) => self.planner.request(Change::Starve(ticks)),
             Event::Fault => {
                 self.shared.fault.store(true, Release);
                 self.alarm = true;
@@ -230,8 +242,22 @@ impl<'a> Controller<'a> {
             State::Hold
         } else if self.is_idle() {
             State::Idle
+        } else if self.planner.is_barred() {
+            State::Hold
         } else {
             State::Run
+        }
+    }
+
+    /// Why the machine is at rest although there is work, if it is the operator's doing.
+    #[must_use]
+    pub fn standing(&self) -> Standing {
+        if self.waits_for_start() {
+            Standing::ProgramStop
+        } else if self.planner.is_barred() && self.planner.at_rest() && !self.is_idle() {
+            Standing::Barred
+        } else {
+            Standing::No
         }
     }
 
@@ -254,6 +280,8 @@ impl<'a> Controller<'a> {
     }
 
     /// Does one bounded piece of background work at tick `now`; `true` if there may be more to do now.
+    ///
+    /// What it calls is never inlined: one frame for all of it would lie below the deepest of it.
     pub fn poll(&mut self, now: Tick) -> bool {
         if self.received {
             self.received = false;
@@ -262,6 +290,9 @@ impl<'a> Controller<'a> {
         if self.status_due && self.wire.can_answer() {
             self.status_due = false;
             self.report_status();
+        }
+        if let Some(event) = self.planner.take_raised() {
+            self.event(event);
         }
         if self.reset != Reset::No {
             return self.advance_reset();
@@ -273,6 +304,13 @@ impl<'a> Controller<'a> {
             self.banner_due = false;
             self.say(format_args!("{}", report::BANNER));
         }
+        if self.wire.can_answer() {
+            if let Some(line) = self.planner.take_underrun() {
+                self.say(format_args!(
+                    "[MSG:warning UNDERRUN line {line}: no further blocks in time, at rest on the path]\r\n"
+                ));
+            }
+        }
         // Planning first: the interrupt must never wait for text.
         if self.planner.advance(self.config) {
             return true;
@@ -283,36 +321,17 @@ impl<'a> Controller<'a> {
         if let Some(next) = self.rounder.pop() {
             return self.accept_segment(&next);
         }
-        if let Some((command, wait)) = self.standstill {
-            return self.stand_still(&command, wait, now);
+        if self.standstill.is_some() {
+            return self.stand_still(now);
         }
-        // The interrupt must not run out of pieces while a contour is worked out.
-        let mut meanwhile = || while self.planner.advance(self.config) {};
-        match self.compensator.next(self.config, &mut meanwhile) {
-            Ok(None) => {}
-            Ok(Some(Output::Segment(next))) => return self.round(&next),
-            Ok(Some(Output::Command(command))) => {
-                self.rounder.finish(true);
-                self.standstill = Some((command, Wait::Standstill));
-                return true;
-            }
-            Err(error) => return self.refuse_compensation(&error),
-        }
-        if let Some(next) = self.builder.next(self.config) {
-            let mut meanwhile = || while self.planner.advance(self.config) {};
-            let taken = self
-                .compensator
-                .push_segment(self.config, &next, &mut meanwhile);
-            if let Err(error) = taken {
-                self.refuse_compensation(&error);
-            }
+        if self.compensated() || self.built() {
             return true;
         }
         if let Some(error) = self.builder.take_failure() {
             return self.refuse_geometry(&error);
         }
-        if let Some(command) = self.commands.front().copied() {
-            return self.command(&command);
+        if !self.commands.is_empty() {
+            return self.command();
         }
         if self.answer_due {
             if !self.wire.can_answer() {
@@ -322,24 +341,67 @@ impl<'a> Controller<'a> {
             self.say(format_args!("ok\r\n"));
             return true;
         }
-        if self.wire.can_answer() {
-            if let Some(line) = self.wire.take_line() {
-                self.last_text = now;
-                self.line(&line);
-                return true;
-            }
+        if self.wire.can_answer() && self.take_line(now) {
+            return true;
         }
         self.starve(now)
     }
 
+    /// Takes a line, if a whole one is there.
+    #[inline(never)]
+    fn take_line(&mut self, now: Tick) -> bool {
+        let Some(line) = self.wire.take_line() else {
+            return false;
+        };
+        self.last_text = now;
+        self.line(&line);
+        true
+    }
+
+    /// Takes what the compensation lets go, if there is something.
+    #[inline(never)]
+    fn compensated(&mut self) -> bool {
+        // The interrupt must not run out of pieces while a contour is worked out.
+        let mut meanwhile = || while self.planner.advance(self.config) {};
+        match self.compensator.next(self.config, &mut meanwhile) {
+            Ok(None) => return false,
+            Ok(Some(Output::Segment(next))) => return self.round(&next),
+            Ok(Some(Output::Command(command))) => {
+                self.rounder.finish(true);
+                self.standstill = Some((command, Wait::Standstill));
+            }
+            Err(error) => {
+                self.refuse_compensation(&error);
+            }
+        }
+        true
+    }
+
+    /// Hands a curve that geometry has finished to the compensation, if there is one.
+    #[inline(never)]
+    fn built(&mut self) -> bool {
+        let Some(next) = self.builder.next(self.config) else {
+            return false;
+        };
+        let mut meanwhile = || while self.planner.advance(self.config) {};
+        let taken = self
+            .compensator
+            .push_segment(self.config, &next, &mut meanwhile);
+        if let Err(error) = taken {
+            self.refuse_compensation(&error);
+        }
+        true
+    }
+
     /// Nothing to do but wait for text. If none comes, the path ends here for now.
+    #[inline(never)]
     fn starve(&mut self, now: Tick) -> bool {
         if now.saturating_sub(self.last_text) < Tick::from(self.config.starve_ticks) {
             return false;
         }
         if self.planner.has_pending() {
             if self.planner.is_starved() {
-                self.planner.flush(self.config);
+                self.planner.time_out(self.config);
                 return true;
             }
             return false;
@@ -369,15 +431,16 @@ impl<'a> Controller<'a> {
         self.rounder.finish(true).is_some()
     }
 
+    #[inline(never)]
     fn split(&mut self) -> bool {
         if !self.planner.has_room() {
             return false;
         }
         match self.splitter.next(self.config) {
-            Ok(Some((segment, shape))) => {
+            Ok(Some(driven)) => {
                 let mut order = self.order;
                 order.exact_stop &= self.splitter.is_empty();
-                self.planner.push(self.config, segment, &shape, order);
+                self.planner.push(self.config, &driven, order);
             }
             Ok(None) => {}
             Err(error) => self.refuse_curve(self.splitting, error),
@@ -418,8 +481,12 @@ impl<'a> Controller<'a> {
     }
 
     /// Works on the command in front.
-    fn command(&mut self, command: &Command) -> bool {
-        match command {
+    #[inline(never)]
+    fn command(&mut self) -> bool {
+        let Some(command) = self.commands.front().copied() else {
+            return false;
+        };
+        match &command {
             Command::Message(text) => self.say(format_args!("[MSG:{text}]\r\n")),
             Command::Move(block) => match self.builder.push(self.config, block) {
                 Ok(()) => {
@@ -440,12 +507,12 @@ impl<'a> Controller<'a> {
                     return true;
                 }
                 let mut passed = Ok(());
-                if *command == Command::ProgramEnd {
+                if command == Command::ProgramEnd {
                     let mut meanwhile = || while self.planner.advance(self.config) {};
                     passed = self.compensator.finish(self.config, &mut meanwhile);
                 }
                 let passed =
-                    passed.and_then(|()| self.compensator.push_command(self.config, *command));
+                    passed.and_then(|()| self.compensator.push_command(self.config, command));
                 if let Err(error) = passed {
                     return self.refuse_compensation(&error);
                 }
@@ -467,7 +534,11 @@ impl<'a> Controller<'a> {
     }
 
     /// Works on the command that acts where the path now ends.
-    fn stand_still(&mut self, command: &Command, wait: Wait, now: Tick) -> bool {
+    #[inline(never)]
+    fn stand_still(&mut self, now: Tick) -> bool {
+        let Some((command, wait)) = self.standstill else {
+            return false;
+        };
         match wait {
             Wait::Standstill => {
                 if self.planner.has_pending() {
@@ -477,7 +548,7 @@ impl<'a> Controller<'a> {
                 if !self.planner.is_idle() || self.planner.is_holding() {
                     return false;
                 }
-                self.at_standstill(command, now);
+                self.at_standstill(&command, now);
                 true
             }
             Wait::Until(tick) if now < tick => false,
@@ -556,6 +627,7 @@ impl<'a> Controller<'a> {
         self.interpreter.set_position(nano);
     }
 
+    #[inline(never)]
     fn advance_reset(&mut self) -> bool {
         match self.reset {
             Reset::Stopping => {
@@ -590,6 +662,7 @@ impl<'a> Controller<'a> {
         }
     }
 
+    #[inline(never)]
     fn report_status(&mut self) {
         let status = report::Status {
             state: self.state(),
@@ -597,10 +670,14 @@ impl<'a> Controller<'a> {
             planner_free: self.planner.room(),
             receive_free: self.wire.free().saturating_sub(1),
             // Shown, never driven: the one place where an approximation will do.
-            feed: F32(f32::from_bits(self.shared.feed.load(Relaxed)) * 60.0)
+            feed: F32(path_feed(self.shared.feed.load(Relaxed), self.config.servo_hz) * 60.0)
                 .round()
                 .0 as u32,
             block: self.shared.block.load(Relaxed),
+            overrides: {
+                let tempo = self.planner.tempo();
+                [tempo.feed, tempo.rapid]
+            },
         };
         let config = self.config;
         // The report fits: `can_answer` was checked.

@@ -1,0 +1,335 @@
+//! From one tempo to another: planned anew where the motion is slow enough for it, else after slowing down.
+//!
+//! In: the tempo asked for and the planned state. Out: nodes limited by that tempo under a ceiling of their own, and
+//! the pieces that lead there.
+//!
+//! A tempo is taken up in a state that is safe under its ceiling. A motion that is too fast for that slows down first,
+//! as hard as the limits allow, to a velocity from which it is. Where not even that can be done, as in front of a
+//! programmed stop or a sharp corner, the plan goes on as it was: it slows down anyway, and at rest every tempo will do.
+
+use core::sync::atomic::Ordering::Acquire;
+
+use super::brake::{brake, slow, Phases};
+use super::ceiling::{self, LOOSE, SLACK};
+use super::profile::{View, UNIT};
+use super::tempo::{Change, Request, Schedule, Tempo};
+use super::{rates, Planner};
+use crate::config::Config;
+use crate::interpolator::{PathState, PieceEnd};
+use crate::machine::Event;
+
+/// Shares of the limits a slowing down is tried with: whole ticks and joints on the way take some.
+const SHARES: [f32; 3] = [0.97, 0.85, 0.6];
+
+/// Shares of the velocity the new tempo allows here that are tried to slow down to. Zero is rest, and always safe.
+const TARGETS: [f32; 3] = [1.0, 0.6, 0.0];
+
+/// Ticks until a change that could not be made is tried again.
+const AGAIN: u32 = 20;
+
+/// Longest piece of a slowing down: a request that counts meanwhile waits for its end at most.
+const PIECE: u32 = 10;
+
+/// The rest of a slowing down.
+#[derive(Clone, Copy)]
+pub(super) struct Slowing {
+    phases: Phases,
+    /// Tempo at its end.
+    then: Tempo,
+}
+
+/// How the tempo stands.
+pub(super) struct Pace {
+    /// Under which the state is within its limits.
+    now: Tempo,
+    /// The last one asked for, whether it counts already or not.
+    asked: Tempo,
+    /// The one that counts.
+    wanted: Tempo,
+    slowing: Option<Slowing>,
+    /// The next try begins at this planned tick.
+    again: u32,
+    /// Nodes under the ceiling may carry another tempo than that of the program.
+    changed: bool,
+}
+
+impl Pace {
+    pub(super) const NEW: Self = Self {
+        now: Tempo::PROGRAMMED,
+        asked: Tempo::PROGRAMMED,
+        wanted: Tempo::PROGRAMMED,
+        slowing: None,
+        again: 0,
+        changed: false,
+    };
+}
+
+impl View<'_> {
+    /// True if the motion can go on from here under the ceiling.
+    fn is_settled(&self) -> bool {
+        let at = self.motion();
+        let stretch = self.stretch();
+        let node = self.nodes.get(at.node);
+        let limit = stretch.acceleration(node, at.v);
+        at.v <= node.limits.v * SLACK
+            && at.a <= limit.up * LOOSE
+            && -at.a <= limit.down * LOOSE
+            && stretch.merges(at)
+    }
+
+    /// The least velocity allowed on the way that braking to it takes.
+    fn allowed_ahead(&self) -> f32 {
+        let at = self.motion();
+        let mut v = self.nodes.get(at.node).limits.v;
+        let mut left = at.left;
+        let mut index = at.node;
+        while index < self.last {
+            let node = self.nodes.get(index);
+            let a = self.stretch().at(node, at.v).a;
+            let j = node
+                .limits
+                .least_jerk(self.stretch().rates(node), at.v, 0.0);
+            if !(a > 0.0) || left > 1.2 * brake(at.v, at.a, v.min(at.v), a, j).distance {
+                break;
+            }
+            index += 1;
+            let next = self.nodes.get(index);
+            v = v.min(next.limits.v);
+            left += next.length;
+        }
+        v.min(at.v)
+    }
+
+    /// Phases that slow down to `to` (path units/s), with the state at their end and the node it lies in. `None` if the
+    /// limits of the nodes do not let it.
+    fn slow_to(&self, to: f32) -> Option<(Phases, PathState, usize)> {
+        let at = self.motion();
+        let end = (f64::from(to) / f64::from(self.hz) * f64::from(UNIT)) as i128;
+        SHARES.iter().find_map(|share| {
+            let mut index = at.node;
+            let mut covered = at.left;
+            let (mut a, mut j) = (f32::MAX, f32::MAX);
+            let needed = loop {
+                let node = self.nodes.get(index);
+                let here = self.stretch().at(node, at.v);
+                a = a.min(share * here.a);
+                j = j.min(share * here.j);
+                if !(a > 0.0 && j > 0.0) {
+                    return None;
+                }
+                let needed = brake(at.v, at.a, to, a, j);
+                if covered >= needed.distance || index >= self.last {
+                    break needed;
+                }
+                let joint = self.stretch().jerk(node, at.v, -a, node.exit_share);
+                j = j.min(share * joint.down.min(joint.up));
+                index += 1;
+                covered += self.nodes.get(index).length;
+            };
+            let ticks = needed
+                .time
+                .map(|time| (libm::ceilf(time * self.hz) as u32).max(1));
+            let phases = slow(&self.state, end, ticks)?;
+            let (state, node) = self.follow(&phases, self.last)?;
+            (state.coordinate() <= self.nodes.get(node).length_q).then_some((phases, state, node))
+        })
+    }
+}
+
+impl Planner<'_> {
+    /// Asks for a change of tempo at this instant of the motion. At rest, with nothing planned, it counts at once.
+    pub fn request(&mut self, change: Change) {
+        if self.at_rest() && self.state.v == 0 {
+            self.pace.asked.apply(change);
+            self.take_change(change);
+        } else {
+            let tick = self.shared.executed.load(Acquire);
+            self.schedule_request(Request { tick, change });
+        }
+    }
+
+    fn schedule_request(&mut self, request: Request) {
+        self.pace.asked.apply(request.change);
+        self.schedule.put(request);
+    }
+
+    /// The tempo asked for last, in force or not.
+    #[must_use]
+    pub fn tempo(&self) -> Tempo {
+        self.pace.asked
+    }
+
+    /// An override of 0 % keeps the path from being run.
+    #[must_use]
+    pub fn is_barred(&self) -> bool {
+        self.pace.wanted.is_barred()
+    }
+
+    fn take_change(&mut self, change: Change) {
+        self.pace.wanted.apply(change);
+        match change {
+            Change::Starve(ticks) => self.cut_supply(ticks),
+            _ => {}
+        }
+        self.pace.again = self.planned;
+    }
+
+    /// What the interrupt was asked for that is the controller's business.
+    pub fn take_raised(&mut self) -> Option<Event> {
+        self.raised.take()
+    }
+
+    /// Takes in the requests that count from here on.
+    pub(super) fn take_requests(&mut self) {
+        while let Some(request) = self.requests.dequeue() {
+            match request.change {
+                Change::Resume => self.raised = Some(Event::Resume),
+                Change::Reset => self.raised = Some(Event::Reset),
+                _ => self.schedule_request(request),
+            }
+        }
+        while let Some(change) = self.schedule.due(self.planned) {
+            self.take_change(change);
+        }
+    }
+
+    /// No faster than `most`, path units/s.
+    pub(super) fn limit_tempo(&mut self, most: f32) {
+        self.pace.wanted.most = most;
+        self.pace.again = self.planned;
+    }
+
+    /// Back to what the program says.
+    pub(super) fn clear_tempo(&mut self) {
+        while self.requests.dequeue().is_some() {}
+        self.schedule = Schedule::default();
+        self.pace = Pace::NEW;
+    }
+
+    /// Forgets a slowing down: the state is another one now, and at rest.
+    pub(super) fn drop_slowing(&mut self) {
+        self.pace.slowing = None;
+        self.pace.again = self.planned;
+        self.until = None;
+    }
+
+    /// Brings the tempo in force nearer to the one asked for; `true` if that has planned something.
+    ///
+    /// Call it with a ceiling over what lies ahead, or at rest.
+    pub(super) fn change_tempo(&mut self, config: &Config) -> bool {
+        let due = self.planned.wrapping_sub(self.pace.again) <= u32::MAX / 2;
+        if self.settled_wish() != self.pace.wanted && due {
+            self.pace.again = self.planned.wrapping_add(AGAIN);
+            self.replan(config);
+        }
+        self.run_slowing(config)
+    }
+
+    /// The tempo there will be if nothing else is planned.
+    fn settled_wish(&self) -> Tempo {
+        self.pace
+            .slowing
+            .map_or(self.pace.now, |slowing| slowing.then)
+    }
+
+    fn replan(&mut self, config: &Config) {
+        let Pace { now, wanted, .. } = self.pace;
+        let last = self.last.wrapping_sub(self.first) as usize;
+        if self.state.v == 0 && self.state.a == 0 {
+            self.pace.now = wanted;
+            self.pace.slowing = None;
+            self.build(config, &wanted, self.cursor, last);
+            return;
+        }
+        self.build(config, &wanted, self.cursor, last);
+        let view = self.view(config);
+        if !wanted.is_barred() && view.is_settled() {
+            self.pace.now = wanted;
+            self.pace.slowing = None;
+            return;
+        }
+        let allowed = view.allowed_ahead();
+        for share in TARGETS {
+            if wanted.is_barred() && share > 0.0 {
+                continue;
+            }
+            self.build(config, &now, self.cursor, last);
+            let Some((phases, state, node)) = self.view(config).slow_to(share * allowed) else {
+                continue;
+            };
+            self.build(config, &wanted, node, last);
+            let there = View {
+                state,
+                cursor: node,
+                ..self.view(config)
+            };
+            if share == 0.0 || there.is_settled() {
+                self.pace.slowing = Some(Slowing {
+                    phases,
+                    then: wanted,
+                });
+                return;
+            }
+        }
+        self.build(config, &now, self.cursor, last);
+    }
+
+    /// Goes on with a slowing down to the tempo that is still wanted; `true` if there is one. Needs no ceiling.
+    pub(super) fn keep_slowing(&mut self, config: &Config) -> bool {
+        self.settled_wish() == self.pace.wanted && self.run_slowing(config)
+    }
+
+    /// Plans the next piece of a slowing down, if there is one.
+    fn run_slowing(&mut self, config: &Config) -> bool {
+        let Some(mut slowing) = self.pace.slowing else {
+            return false;
+        };
+        let Some(phase) = slowing.phases.iter_mut().find(|phase| phase.1 > 0) else {
+            self.pace.slowing = None;
+            return false;
+        };
+        let ticks = phase.1.min(PIECE);
+        phase.1 -= ticks;
+        let jerk = phase.0;
+        let more = slowing.phases.iter().any(|phase| phase.1 > 0);
+        let mut end = PieceEnd::Continue;
+        if !more {
+            let rest = self
+                .state
+                .after(jerk, ticks)
+                .is_some_and(|state| state.v.abs() < super::profile::FINE);
+            if rest {
+                end = PieceEnd::StopHere;
+            }
+        }
+        self.pace.slowing = more.then_some(slowing);
+        self.emit(config, &[(jerk, ticks)], end);
+        if !more {
+            self.pace.now = slowing.then;
+            let last = self.last.wrapping_sub(self.first) as usize;
+            self.build(config, &slowing.then, self.cursor, last);
+        }
+        true
+    }
+
+    /// Makes the ceiling over the nodes `first..=last` at `tempo`.
+    pub(super) fn build(&mut self, config: &Config, tempo: &Tempo, first: usize, last: usize) {
+        let changed = *tempo != Tempo::PROGRAMMED;
+        if changed || self.pace.changed {
+            for index in first..self.nodes.len() {
+                if let Some(node) = self.nodes.get_mut(index) {
+                    node.set_tempo(tempo);
+                }
+            }
+        }
+        // Nodes in front of `first` may keep another tempo, but none of them is planned on again.
+        self.pace.changed = changed || (self.pace.changed && first > self.cursor);
+        let hz = config.servo_hz as f32;
+        ceiling::build(self.nodes, &rates(config), hz, first, last);
+    }
+
+    /// The tempo the next ceiling is made for.
+    pub(super) fn tempo_now(&self) -> Tempo {
+        self.pace.now
+    }
+}
