@@ -59,7 +59,7 @@ const UNUSED: Node = Node {
     programmed_v: 0.0,
     rapid: false,
     raised: false,
-    other: Passing { v: 0.0, share: 1.0 },
+    other: Passing { v: 0.0, share: 0.0 },
     start: Branch::REST,
 };
 
