@@ -11,7 +11,7 @@ use serde::Serialize;
 use super::progress_bar;
 use crate::cli::LanguageArgs;
 use crate::diagnostics::{Exit, Failure, Located};
-use crate::emulate::{self, EmulateError, Emulated, Observer, Options};
+use crate::emulate::{self, EmulateError, Emulated, Observer, Options, SHIFT_AHEAD};
 use crate::events;
 use crate::program::Program;
 use crate::runner::End;
@@ -34,6 +34,9 @@ pub struct EmulateArgs {
     /// Firmware image instead of target/firmware/qemu.elf.
     #[arg(long, value_name = "FILE.elf")]
     pub image: Option<PathBuf>,
+    /// 2^N ns per instruction, and 1.6 ms per tick: 6 is about the speed of the board.
+    #[arg(long, value_name = "N", default_value_t = SHIFT_AHEAD, value_parser = clap::value_parser!(u8).range(..=10))]
+    pub shift: u8,
     /// How the program is read.
     #[command(flatten)]
     pub language: LanguageArgs,
@@ -109,6 +112,7 @@ pub fn emulate(args: &EmulateArgs) -> Result<Exit, Failure> {
         image: args.image.clone(),
         auto_start: args.auto_start,
         preamble: args.language.preamble(),
+        shift: args.shift,
         ..Options::default()
     };
     let mut bar = Bar(progress_bar(program.len()));

@@ -18,12 +18,6 @@ use super::error::EmulateError;
 const EMULATOR: &str = "qemu-system-arm";
 /// Time for the child to connect to its sockets.
 const CONNECT: Duration = Duration::from_secs(20);
-/// Clock of the emulated timers; `board::servo_timer` divides it.
-const TIMER_CLOCK: &str = "driver=stm32f2xx-timer,property=clock-frequency,value=16000000";
-/// 8 ns per instruction: a Cortex-M4 at 168 MHz and 1.35 cycles per instruction. Virtual time counts
-/// instructions only, so it does not depend on the speed of the host.
-const ICOUNT: &str = "shift=3,sleep=off";
-
 /// A running emulated board.
 #[derive(Debug)]
 pub struct Board {
@@ -88,11 +82,12 @@ impl Drop for Board {
 }
 
 impl Board {
-    /// Starts `image` and waits until the emulator has opened both ports.
+    /// Starts `image` at 2^`shift` ns per instruction and waits until the emulator has opened both ports. Virtual time
+    /// counts instructions only, so it does not depend on the speed of the host.
     ///
     /// # Errors
     /// [`EmulateError::NoImage`], [`EmulateError::NoEmulator`], [`EmulateError::Exited`], or what the system says.
-    pub fn start(image: &Path) -> Result<Self, EmulateError> {
+    pub fn start(image: &Path, shift: u8) -> Result<Self, EmulateError> {
         if !image.is_file() {
             return Err(EmulateError::NoImage(image.to_owned()));
         }
@@ -115,7 +110,7 @@ impl Board {
                 "-monitor",
                 "none",
             ])
-            .args(["-icount", ICOUNT, "-global", TIMER_CLOCK])
+            .args(["-icount", &format!("shift={shift},sleep=off")])
             .args(["-chardev", &socket("program"), "-serial", "chardev:program"])
             .args(["-chardev", &socket("trace"), "-serial", "chardev:trace"])
             .arg("-kernel")

@@ -43,6 +43,12 @@ const PAUSE: Duration = Duration::from_micros(200);
 /// Status reports at rest, in a row, after which an error or a wait is taken for final.
 const SETTLED: u32 = 25;
 
+/// As fast as the board: 25 000 instructions per tick, which is 168 MHz at 1.35 cycles per instruction.
+pub const SHIFT_BOARD: u8 = 6;
+/// 64 times as fast: 1.6 million instructions per tick. What is compared with the simulator, whose background has all
+/// the time it wants, is what the board computes and not whether it is in time.
+pub const SHIFT_AHEAD: u8 = 0;
+
 /// How to run.
 #[derive(Clone, Debug)]
 pub struct Options {
@@ -54,6 +60,8 @@ pub struct Options {
     pub events: Vec<Row>,
     /// A `$` line, without its line end, that goes before the program.
     pub preamble: Option<&'static str>,
+    /// 2^`shift` ns per instruction, and 1.6 ms per tick of 5 kHz ([`SHIFT_BOARD`], [`SHIFT_AHEAD`]).
+    pub shift: u8,
     /// Give up if the board neither moves nor takes a line for this long (wall clock).
     pub stall: Duration,
     /// Give up after this long (wall clock).
@@ -67,6 +75,7 @@ impl Default for Options {
             auto_start: false,
             events: Vec::new(),
             preamble: None,
+            shift: SHIFT_AHEAD,
             stall: Duration::from_secs(120),
             deadline: Duration::from_secs(3600),
         }
@@ -137,7 +146,7 @@ pub fn emulate(
 ) -> Result<Emulated, EmulateError> {
     let image = options.image.clone().unwrap_or_else(default_image);
     let mut session = Session {
-        board: Board::start(&image)?,
+        board: Board::start(&image, options.shift)?,
         feeder: Feeder::new(program, RECEIVE_SIZE),
         observer,
         options,
