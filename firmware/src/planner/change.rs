@@ -167,9 +167,8 @@ impl Planner<'_> {
 
     fn take_change(&mut self, change: Change) {
         self.pace.wanted.apply(change);
-        match change {
-            Change::Starve(ticks) => self.cut_supply(ticks),
-            _ => {}
+        if let Change::Starve(ticks) = change {
+            self.cut_supply(ticks);
         }
         self.pace.again = self.planned;
     }

@@ -9,7 +9,7 @@ pub const NODES: usize = 256;
 
 /// One segment as the planner sees it. Words are enough for the alignment of what lies in the window.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[repr(packed(4))]
+#[repr(Rust, packed(4))]
 pub struct Node {
     /// Length, Q10.54.
     pub length_q: i64,
