@@ -1,19 +1,18 @@
 //! From one tempo to another: planned anew where the motion is slow enough for it, else after slowing down.
 //!
-//! In: the tempo asked for and the planned state. Out: nodes limited by that tempo under a ceiling of their own, and
-//! the pieces that lead there.
+//! In: the tempo asked for and the planned state. Out: nodes limited by that tempo, and the pieces that lead there.
 //!
-//! A tempo is taken up in a state that is safe under its ceiling. A motion that is too fast for that slows down first,
+//! A tempo is taken up in a state that is safe under its limits. A motion that is too fast for that slows down first,
 //! as hard as the limits allow, to a velocity from which it is. Where not even that can be done, as in front of a
 //! programmed stop or a sharp corner, the plan goes on as it was: it slows down anyway, and at rest every tempo will do.
 
 use core::sync::atomic::Ordering::Acquire;
 
 use super::brake::{brake, slow, Phases};
-use super::ceiling::{self, LOOSE, SLACK};
-use super::profile::{View, UNIT};
+use super::limits::PathLimits;
+use super::profile::{View, SLACK, UNIT};
 use super::tempo::{Change, Request, Schedule, Tempo};
-use super::{rates, Planner};
+use super::Planner;
 use crate::config::Config;
 use crate::interpolator::{PathState, PieceEnd};
 use crate::machine::Event;
@@ -49,8 +48,6 @@ pub(super) struct Pace {
     slowing: Option<Slowing>,
     /// The next try begins at this planned tick.
     again: u32,
-    /// Nodes under the ceiling may carry another tempo than that of the program.
-    changed: bool,
 }
 
 impl Pace {
@@ -60,21 +57,15 @@ impl Pace {
         wanted: Tempo::PROGRAMMED,
         slowing: None,
         again: 0,
-        changed: false,
     };
 }
 
 impl View<'_> {
-    /// True if the motion can go on from here under the ceiling.
+    /// True if the motion can go on from here within the limits of the nodes.
     fn is_settled(&self) -> bool {
         let at = self.motion();
-        let stretch = self.stretch();
-        let node = self.nodes.get(at.node);
-        let limit = stretch.acceleration(node, at.v);
-        at.v <= node.limits.v * SLACK
-            && at.a <= limit.up * LOOSE
-            && -at.a <= limit.down * LOOSE
-            && stretch.merges(at)
+        let limits = self.nodes.get(at.node).limits;
+        at.v <= limits.v * SLACK && at.a.abs() <= limits.a * SLACK && self.safe(at)
     }
 
     /// The least velocity allowed on the way that braking to it takes.
@@ -84,11 +75,7 @@ impl View<'_> {
         let mut left = at.left;
         let mut index = at.node;
         while index < self.last {
-            let node = self.nodes.get(index);
-            let a = self.stretch().at(node, at.v).a;
-            let j = node
-                .limits
-                .least_jerk(self.stretch().rates(node), at.v, 0.0);
+            let PathLimits { a, j, .. } = self.nodes.get(index).limits;
             if !(a > 0.0) || left > 1.2 * brake(at.v, at.a, v.min(at.v), a, j).distance {
                 break;
             }
@@ -111,9 +98,8 @@ impl View<'_> {
             let (mut a, mut j) = (f32::MAX, f32::MAX);
             let needed = loop {
                 let node = self.nodes.get(index);
-                let here = self.stretch().at(node, at.v);
-                a = a.min(share * here.a);
-                j = j.min(share * here.j);
+                a = a.min(share * node.limits.a);
+                j = j.min(share * node.limits.j);
                 if !(a > 0.0 && j > 0.0) {
                     return None;
                 }
@@ -121,8 +107,6 @@ impl View<'_> {
                 if covered >= needed.distance || index >= self.last {
                     break needed;
                 }
-                let joint = self.stretch().jerk(node, at.v, -a, node.exit_share);
-                j = j.min(share * joint.down.min(joint.up));
                 index += 1;
                 covered += self.nodes.get(index).length;
             };
@@ -209,12 +193,11 @@ impl Planner<'_> {
     pub(super) fn drop_slowing(&mut self) {
         self.pace.slowing = None;
         self.pace.again = self.planned;
-        self.until = None;
     }
 
     /// Brings the tempo in force nearer to the one asked for; `true` if that has planned something.
     ///
-    /// Call it with a ceiling over what lies ahead, or at rest.
+    /// Call it with enough known of what lies ahead, or at rest.
     pub(super) fn change_tempo(&mut self, config: &Config) -> bool {
         let due = self.planned.wrapping_sub(self.pace.again) <= u32::MAX / 2;
         if self.settled_wish() != self.pace.wanted && due {
@@ -233,30 +216,23 @@ impl Planner<'_> {
 
     fn replan(&mut self, config: &Config) {
         let Pace { now, wanted, .. } = self.pace;
-        let last = self.last.wrapping_sub(self.first) as usize;
-        if self.state.v == 0 && self.state.a == 0 {
-            self.pace.now = wanted;
-            self.pace.slowing = None;
-            self.build(config, &wanted, self.cursor, last);
-            return;
-        }
-        self.build(config, &wanted, self.cursor, last);
-        let view = self.view(config);
-        if !wanted.is_barred() && view.is_settled() {
+        self.set_tempo(&wanted, self.cursor);
+        let rests = self.state.v == 0 && self.state.a == 0;
+        if rests || (!wanted.is_barred() && self.view(config).is_settled()) {
             self.pace.now = wanted;
             self.pace.slowing = None;
             return;
         }
-        let allowed = view.allowed_ahead();
+        let allowed = self.view(config).allowed_ahead();
         for share in TARGETS {
             if wanted.is_barred() && share > 0.0 {
                 continue;
             }
-            self.build(config, &now, self.cursor, last);
+            self.set_tempo(&now, self.cursor);
             let Some((phases, state, node)) = self.view(config).slow_to(share * allowed) else {
                 continue;
             };
-            self.build(config, &wanted, node, last);
+            self.set_tempo(&wanted, node);
             let there = View {
                 state,
                 cursor: node,
@@ -270,10 +246,19 @@ impl Planner<'_> {
                 return;
             }
         }
-        self.build(config, &now, self.cursor, last);
+        self.set_tempo(&now, self.cursor);
     }
 
-    /// Goes on with a slowing down to the tempo that is still wanted; `true` if there is one. Needs no ceiling.
+    /// Slows down by `phases` at the tempo in force.
+    pub(super) fn slow_down(&mut self, config: &Config, phases: &Phases) {
+        self.pace.slowing = Some(Slowing {
+            phases: *phases,
+            then: self.pace.now,
+        });
+        self.run_slowing(config);
+    }
+
+    /// Goes on with a slowing down to the tempo that is still wanted; `true` if there is one.
     pub(super) fn keep_slowing(&mut self, config: &Config) -> bool {
         self.settled_wish() == self.pace.wanted && self.run_slowing(config)
     }
@@ -305,29 +290,21 @@ impl Planner<'_> {
         self.emit(config, &[(jerk, ticks)], end);
         if !more {
             self.pace.now = slowing.then;
-            let last = self.last.wrapping_sub(self.first) as usize;
-            self.build(config, &slowing.then, self.cursor, last);
+            self.set_tempo(&slowing.then, self.cursor);
         }
         true
     }
 
-    /// Makes the ceiling over the nodes `first..=last` at `tempo`.
-    pub(super) fn build(&mut self, config: &Config, tempo: &Tempo, first: usize, last: usize) {
-        let changed = *tempo != Tempo::PROGRAMMED;
-        if changed || self.pace.changed {
-            for index in first..self.nodes.len() {
-                if let Some(node) = self.nodes.get_mut(index) {
-                    node.set_tempo(tempo);
-                }
+    /// Limits the nodes from `first` on by `tempo`.
+    fn set_tempo(&mut self, tempo: &Tempo, first: usize) {
+        for index in first..self.nodes.len() {
+            if let Some(node) = self.nodes.get_mut(index) {
+                node.set_tempo(tempo);
             }
         }
-        // Nodes in front of `first` may keep another tempo, but none of them is planned on again.
-        self.pace.changed = changed || (self.pace.changed && first > self.cursor);
-        let hz = config.servo_hz as f32;
-        ceiling::build(self.nodes, &rates(config), hz, first, last);
     }
 
-    /// The tempo the next ceiling is made for.
+    /// The tempo in force.
     pub(super) fn tempo_now(&self) -> Tempo {
         self.pace.now
     }

@@ -28,6 +28,7 @@ const NEAR: f32 = 1.1;
 
 /// No limit yet.
 const FREE: PathLimits = PathLimits {
+    v: f32::MAX,
     a: f32::MAX,
     j: f32::MAX,
 };
@@ -52,11 +53,11 @@ impl View<'_> {
         let v = self.state.v as f32 * scale - 0.5 * a / self.hz;
         let way = widen(self.nodes.get(self.cursor).length_q) - self.state.s + self.state.v;
         let mut way = way as f32 / UNIT;
-        let start = self.limits_at(from, v.max(before as f32 * scale));
+        let start = self.limits_at(from);
         let highest = v.max(before as f32 * scale) + a.max(0.0) * a.max(0.0) / (2.0 * start.j);
-        let mut first = self.limits_at(from, highest);
+        let mut first = self.limits_at(from);
         for index in from + 1..=self.cursor {
-            first = least(first, self.limits_at(index, highest));
+            first = least(first, self.limits_at(index));
         }
         // What already slows down does not have to do so less.
         first.a = first.a.max(-a);
@@ -73,7 +74,7 @@ impl View<'_> {
             late = (-braked).max(0.0);
             let entry = sqrt(square);
             let now = (0..STAGES).rev().find(|&k| entry <= SHARES[k] * highest);
-            let here = least(stages[now.unwrap_or(0)], self.limits_at(index, entry));
+            let here = least(stages[now.unwrap_or(0)], self.limits_at(index));
             square -= 2.0 * here.a.min(free) * braked.max(0.0);
             let exit = sqrt(square.max(0.0));
             for (k, limits) in stages.iter_mut().enumerate() {
@@ -83,7 +84,7 @@ impl View<'_> {
                     .get(k + 1)
                     .map_or(0.0, |share| share * highest / NEAR);
                 if entry >= low && exit <= high {
-                    *limits = least(*limits, self.limits_at(index, entry.min(high)));
+                    *limits = least(*limits, self.limits_at(index));
                 }
             }
             if square <= 0.0 || index >= self.last {
@@ -99,7 +100,7 @@ impl View<'_> {
         }
         for (k, limits) in stages.iter_mut().enumerate() {
             if limits.a >= FREE.a {
-                *limits = self.limits_at(index, SHARES[k] * highest);
+                *limits = self.limits_at(index);
             }
         }
         // Limits rise from stage to stage, so that the motion fits the next one whenever it comes.
@@ -146,8 +147,8 @@ impl View<'_> {
             j = j.max(jerk.saturating_abs());
         }
         let v = v as f32 / UNIT * self.hz;
-        let all = (self.cursor..=self.last).map(|index| self.limits_at(index, v));
-        let mut limits = all.reduce(least).unwrap_or(PathLimits { a: 0.0, j: 0.0 });
+        let all = (self.cursor..=self.last).map(|index| self.limits_at(index));
+        let mut limits = all.reduce(least).unwrap_or(PathLimits::NONE);
         limits.a = limits.a.max(a as f32 / UNIT * self.hz * self.hz);
         limits.j = limits.j.max(j as f32 / UNIT * self.hz * self.hz * self.hz);
         BrakeLimits {
@@ -163,20 +164,13 @@ impl View<'_> {
         halt.distance * (1.0 + ROUNDING) + 0.5 * time * j / (self.hz * self.hz)
     }
 
-    fn limits_at(&self, index: usize, v: f32) -> PathLimits {
-        let stretch = self.stretch();
-        let node = self.nodes.get(index);
-        let limits = stretch.at(node, v);
-        let rest = LEAST * stretch.acceleration(node, 0.0).down;
-        PathLimits {
-            a: limits.a.max(rest),
-            j: limits.j,
-        }
+    fn limits_at(&self, index: usize) -> PathLimits {
+        self.nodes.get(index).limits
     }
 
     fn in_units(&self, limits: PathLimits, v: f32) -> BrakeStage {
         let units = |x: f32, bits: u32| (x * (1_u64 << bits) as f32) as u32;
-        let PathLimits { a, j } = limits;
+        let PathLimits { a, j, .. } = limits;
         let tick = 1.0 / self.hz;
         BrakeStage {
             v: units(v * tick, STAGE_V_FRAC),
@@ -188,6 +182,7 @@ impl View<'_> {
 
 fn least(x: PathLimits, y: PathLimits) -> PathLimits {
     PathLimits {
+        v: x.v.min(y.v),
         a: x.a.min(y.a),
         j: x.j.min(y.j),
     }

@@ -5,14 +5,12 @@
 //! and starvation only change s(t), so the tool cannot leave the path.
 
 pub mod brake;
-pub mod ceiling;
 mod change;
 mod halt;
 pub mod limits;
 pub mod nodes;
 pub mod profile;
 mod scarce;
-pub mod span;
 pub mod tempo;
 
 use core::sync::atomic::Ordering::{Acquire, Relaxed, Release};
@@ -25,25 +23,18 @@ use crate::interpolator::{widen, PathState, Piece, PieceEnd};
 use crate::machine::shared::Shared;
 use crate::machine::Event;
 use crate::units::Position;
-use ceiling::Branch;
 use change::Pace;
-use limits::{curve_limits, joint, velocity_limit, Joint, JointCost, Rates, ROUNDING};
+use limits::{joint, path_limits, Joint, JointCost};
 use nodes::{Node, Nodes};
-use profile::{Decision, View};
+use profile::{Decision, View, LOOK_AHEAD};
 use scarce::Supply;
-use tempo::{Passing, Request, Schedule, FEED_MAX};
+use tempo::{Passing, Request, Schedule, Tempo, FEED_MAX};
 
 /// Ticks planned ahead of the interrupt. Covers the longest stretch of background work between two calls.
 pub const LEAD_TICKS: u32 = 100;
 
-/// Segments known beyond the batch in which decisions are made, if no stop comes before.
-const LOOK_AHEAD: u32 = 128;
-
-/// Segments decided under one ceiling. A power of two.
-const BATCH: u32 = 16;
-
-// Planned but not yet driven (a joint per tick at most), the batch, and what is looked ahead: all fits into the window.
-const _: () = assert!(LEAD_TICKS + BATCH + LOOK_AHEAD < nodes::NODES as u32);
+// Planned but not yet driven (a joint per tick at most) and what is looked ahead: all fits into the window.
+const _: () = assert!(LEAD_TICKS as usize + LOOK_AHEAD < nodes::NODES);
 
 /// What the block says about a segment.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -67,7 +58,7 @@ struct Pending {
     curve_v: f32,
     /// Velocity the program asks for.
     programmed_v: f32,
-    entry: JointCost,
+    entry: Joints,
 }
 
 impl Pending {
@@ -139,10 +130,8 @@ pub struct Planner<'a> {
     /// A hold was answered: nothing is planned until it is taken back.
     held: bool,
     end: Option<Position>,
-    /// Running number of the last node under the ceiling.
+    /// Running number of the last node that the state was made safe for: the motion can be at rest at its end.
     last: u32,
-    /// Running number of the last node the ceiling is meant for: it knows enough of what follows.
-    until: Option<u32>,
 }
 
 impl<'a> Planner<'a> {
@@ -172,7 +161,6 @@ impl<'a> Planner<'a> {
             held: false,
             end: None,
             last: 0,
-            until: None,
         }
     }
 
@@ -202,22 +190,29 @@ impl<'a> Planner<'a> {
             shape,
             end,
         } = driven;
-        let length = segment.length as f32 / (1_u64 << S_FRAC) as f32;
         let mut next = Pending {
             length_q: segment.length,
             block: segment.block,
             shape: *shape,
             order,
-            curve_v: velocity_limit(config, shape, length, f32::INFINITY, order.soft),
-            programmed_v: (1.0 - ROUNDING) * programmed(config, shape, order.feed),
-            entry: JointCost::default(),
+            curve_v: path_limits(
+                config,
+                shape,
+                length_of(segment.length),
+                f32::INFINITY,
+                order.soft,
+                &[JointCost::default(); 2],
+            )
+            .v,
+            programmed_v: programmed(config, shape, order.feed),
+            entry: Joints::STOP,
         };
         if let Some(before) = self.pending.take() {
             if before.order.exact_stop || before.shape.rotary_only != shape.rotary_only {
                 self.complete(config, &before, &Joints::STOP);
             } else {
                 let joints = Joints::between(config, &before, &next);
-                next.entry = joints.raised.cost;
+                next.entry = joints;
                 self.complete(config, &before, &joints);
             }
         }
@@ -237,29 +232,33 @@ impl<'a> Planner<'a> {
             programmed_v,
             entry,
         } = segment;
-        let exit = &joints.programmed;
-        let v = segment.velocity(100);
-        // A joint that is passed faster at a higher override takes more of the acceleration: set aside for good.
-        let costs = [*entry, joints.raised.cost];
-        let limits = curve_limits(config, shape, v, &costs);
-        self.nodes.push(Node {
+        let length = length_of(*length_q);
+        let limits = |percent: u8, costs: &[JointCost; 2]| {
+            let v = segment.velocity(percent);
+            path_limits(config, shape, length, v, order.soft, costs)
+        };
+        let (before, after) = (&entry.programmed.cost, &joints.programmed.cost);
+        let mut node = Node {
             length_q: *length_q,
-            length: *length_q as f32 / (1_u64 << S_FRAC) as f32,
-            limits,
-            exit_v: exit.v,
-            exit_share: exit.share,
-            stop: exit.v <= 0.0,
+            length,
+            limits: limits(100, &[*before, *after]),
+            exit_v: joints.programmed.v,
+            stop: joints.programmed.v <= 0.0,
             brisk: !order.soft,
             curve_v: *curve_v,
             programmed_v: *programmed_v,
             rapid: !order.feed.is_finite(),
             raised: false,
             other: Passing {
-                v: joints.raised.v,
-                share: joints.raised.share,
+                limits: limits(FEED_MAX, &[entry.raised.cost, joints.raised.cost]),
+                exit_v: joints.raised.v,
             },
-            start: Branch::REST,
-        });
+        };
+        let tempo = self.tempo_now();
+        if tempo != Tempo::PROGRAMMED {
+            node.set_tempo(&tempo);
+        }
+        self.nodes.push(node);
     }
 
     /// The path ends with the newest segment, for now.
@@ -333,7 +332,6 @@ impl<'a> Planner<'a> {
         self.generation = self.shared.generation.load(Acquire);
         self.planned = self.shared.executed.load(Acquire);
         self.end = None;
-        self.until = None;
         self.clear_tempo();
         self.supply = Supply::NEW;
     }
@@ -387,15 +385,19 @@ impl<'a> Planner<'a> {
         if self.change_tempo(config) {
             return true;
         }
-        let view = self.view(config);
-        match view.decide() {
-            Decision::Go(jerk, ticks) => self.emit(config, &[(jerk, ticks)], PieceEnd::Continue),
-            Decision::Rest(phases) => self.emit(config, &phases, PieceEnd::Continue),
-            Decision::Land { phases, stop } => {
+        match self.view(config).decide() {
+            Some(Decision::Go(jerk, ticks)) => {
+                self.emit(config, &[(jerk, ticks)], PieceEnd::Continue);
+            }
+            Some(Decision::Slow(phases)) => {
+                self.slow_down(config, &phases);
+            }
+            Some(Decision::Land { phases, stop }) => {
                 let number = self.first.wrapping_add(stop as u32);
                 self.lands(number);
                 self.emit(config, &phases, PieceEnd::StopAfter(number));
             }
+            None => return false,
         }
         true
     }
@@ -409,7 +411,6 @@ impl<'a> Planner<'a> {
         self.planned = self.shared.executed.load(Acquire);
         let driven = self.shared.sequence.load(Acquire);
         self.cursor = driven.wrapping_sub(self.first) as usize;
-        self.until = None;
         self.drop_slowing();
         self.end_scarcity();
         self.state = PathState {
@@ -476,44 +477,34 @@ impl<'a> Planner<'a> {
         View {
             nodes: self.nodes,
             cursor: self.cursor,
+            known: self.known(),
             last: self.last.wrapping_sub(self.first) as usize,
             state: self.state,
-            rates: rates(config),
             hz: config.servo_hz as f32,
         }
     }
 
-    /// Makes the ceiling over what lies ahead; `false` while too little is known: neither a stop nor a full window.
+    /// Makes sure that enough of what lies ahead is known: a stop, or all that decisions look at. `false` if not.
     ///
-    /// What is looked at depends on the running numbers of segments only, never on what else has come: decisions do not
-    /// depend on when segments arrive. What lies behind a stop is not looked at.
-    fn raise_ceiling(&mut self, config: &Config) -> bool {
-        let here = self.first.wrapping_add(self.cursor as u32);
-        if self
-            .until
-            .is_some_and(|until| until.wrapping_sub(here) <= nodes::NODES as u32)
-        {
-            return true;
-        }
-        let end = (here | (BATCH - 1)).wrapping_add(LOOK_AHEAD);
-        let wanted = end.wrapping_sub(self.first) as usize;
-        let known = (wanted + 1).min(self.known());
+    /// How far decisions look depends on where the state is only, never on what else has come: they do not depend on when
+    /// segments arrive.
+    fn knows_enough(&mut self) -> bool {
+        let end = self.cursor + LOOK_AHEAD;
+        let known = self.known().min(end + 1);
         let stop = (self.cursor..known).find(|&index| self.nodes.get(index).stop);
-        let (last, ahead) = match stop {
-            Some(stop) => (stop, 0),
-            None if known > wanted => (wanted, LOOK_AHEAD),
+        let last = match stop {
+            Some(stop) => stop,
+            None if known > end => end,
             None => return false,
         };
-        self.build(config, &self.tempo_now(), self.cursor, last);
         self.last = self.first.wrapping_add(last as u32);
-        self.until = Some(self.last.wrapping_sub(ahead));
         true
     }
 }
 
-/// Limits of the axes, of jerk-limited motion and of the other.
-fn rates(config: &Config) -> [Rates; 2] {
-    [Rates::new(config, true), Rates::new(config, false)]
+/// Path units of a length in Q10.54.
+fn length_of(length_q: i64) -> f32 {
+    length_q as f32 / (1_u64 << S_FRAC) as f32
 }
 
 /// Velocity a block asks for on a segment: `feed`, or where that is infinite the largest at which no axis is too fast.

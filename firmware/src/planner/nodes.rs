@@ -1,7 +1,6 @@
-//! The look-ahead window: limits and length of every segment that has not been driven yet, and the ceiling over them.
+//! The look-ahead window: limits and length of every segment that has not been driven yet, and how it may be driven.
 
-use super::ceiling::Branch;
-use super::limits::CurveLimits;
+use super::limits::PathLimits;
 use super::tempo::Passing;
 
 /// Segments the window can hold. A power of two; includes those already planned but not yet driven.
@@ -16,11 +15,9 @@ pub struct Node {
     /// Length, path units.
     pub length: f32,
     /// Limits inside.
-    pub limits: CurveLimits,
+    pub limits: PathLimits,
     /// Velocity allowed over the joint at its end.
     pub exit_v: f32,
-    /// Share of the jerk that is left in the ticks around that joint.
-    pub exit_share: f32,
     /// The path comes to rest at its end.
     pub stop: bool,
     /// Limited in acceleration, not in jerk.
@@ -31,17 +28,14 @@ pub struct Node {
     pub programmed_v: f32,
     /// Rapid motion: the rapid override counts.
     pub rapid: bool,
-    /// `exit_v` and `exit_share` are those of a feed override above 100 %.
+    /// `limits` and `exit_v` are those of a feed override above 100 %.
     pub raised: bool,
     /// The same for the other range of overrides.
     pub other: Passing,
-    /// State of the ceiling at its start.
-    pub start: Branch,
 }
 
 /// Where there is no node.
 const EMPTY: Node = Node {
-    exit_share: 1.0,
     stop: true,
     ..UNUSED
 };
@@ -50,17 +44,18 @@ const EMPTY: Node = Node {
 const UNUSED: Node = Node {
     length_q: 0,
     length: 0.0,
-    limits: CurveLimits::NONE,
+    limits: PathLimits::NONE,
     exit_v: 0.0,
-    exit_share: 0.0,
     stop: false,
     brisk: false,
     curve_v: 0.0,
     programmed_v: 0.0,
     rapid: false,
     raised: false,
-    other: Passing { v: 0.0, share: 0.0 },
-    start: Branch::REST,
+    other: Passing {
+        limits: PathLimits::NONE,
+        exit_v: 0.0,
+    },
 };
 
 /// Ring of nodes, oldest first.

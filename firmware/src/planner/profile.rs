@@ -1,74 +1,41 @@
-//! One decision: which jerk to run next, so that the motion stays under the ceiling ([`super::ceiling`]).
+//! One decision: which jerk to run next, so that the motion stays safe.
 //!
-//! A state is safe if letting go of its acceleration, and braking as hard as the ceiling does, leads onto the ceiling
-//! from below, with every limit kept on the way. A decision takes the largest jerk whose outcome is safe. Where a
-//! programmed stop comes within reach, the rest of the way is solved to end exactly on it ([`super::brake::land`],
-//! [`super::brake::hop`]).
+//! A state is safe if braking from it, with the limits of the segments ahead, meets every velocity limit
+//! ahead. While the motion may gain speed, a decision takes the largest jerk whose outcome is safe. When it may
+//! not, the current state is still safe, so a whole braking manoeuvre fits: it is solved in whole ticks and taken as
+//! one. Where a programmed stop comes within reach, the rest of the way is solved to end exactly on it
+//! ([`super::brake::land`], [`super::brake::hop`]).
 
 use super::brake::{brake, hop, land, slow, Phases};
-use super::ceiling::{Branch, Motion, Stretch, LOOSE, SLACK};
-use super::limits::{PathLimits, Range, Rates};
+use super::limits::PathLimits;
 use super::nodes::Nodes;
 use crate::interpolator::{widen, PathState, T_FRAC};
 
-/// Longest piece, ticks.
+/// Segments looked at ahead of the one being driven.
+pub const LOOK_AHEAD: usize = 128;
+
+/// Longest greedy piece.
 const TICKS_MAX: u32 = 10;
 
+/// Braking is predicted with this share of the limits; the rest absorbs the rounding of phases to whole ticks.
+const PREDICTED: f32 = 0.97;
+
+/// Acceleration below this share of the limit counts as none: what rounding leaves after a manoeuvre.
+const NO_ACCELERATION: f32 = 1.0e-5;
+
 /// From this share of the velocity limit on the motion cruises: closing the rest would only dither.
-const CRUISE: f32 = 1.0 - 5.0e-5;
+const CRUISE: f32 = 1.0 - 1.0e-5;
 
-/// Halvings of the range of jerks.
-const HALVINGS: u32 = 6;
+/// Longest phase of a braking manoeuvre, ticks; checking one takes time in proportion.
+const MANOEUVRE_MAX: u32 = 8192;
 
-/// Shares of that range that are tried first.
-const ANCHORS: [f32; 5] = [0.0, 0.3, 0.6, 0.8, 0.9];
+/// Velocity limits ahead that a braking manoeuvre is tried for.
+const TRIES: u32 = 8;
 
-/// Shares of the least jerk that are tried then: what may be done falls off along the way.
-const LAST: [f32; 4] = [0.96, 0.98, 0.99, 1.0];
+/// Slack on velocity comparisons, relative.
+pub(super) const SLACK: f32 = 1.0 + 2.0e-6;
 
-/// From this share of its velocity on a motion counts as under the ceiling.
-const CLOSE: f32 = 0.995;
-
-/// Most that a motion above the ceiling is braked harder than the ceiling, in velocities.
-const RETURN: f32 = 1.15;
-
-/// Most of the limits of the way at the present velocity that a landing along the ceiling may take: they are the least
-/// whichever way the motion is changed.
-const MOST_ALONG: f32 = 1.5;
-
-/// A motion that is faster than the ceiling by this factor has to be forced.
-const ABOVE: f32 = 1.02;
-
-/// Most of the limits that a forced landing takes.
-const MOST_FORCE: f32 = 4.0;
-
-/// Ticks below which a landing is tried however bent the way is.
-const SHORT: f32 = 80.0;
-
-/// Share of the jerk at standstill above which a way counts as straight.
-const UNBENT: f32 = 0.9;
-
-/// Share of the limits that a long landing may leave unused.
-const GENTLE: f32 = 0.04;
-
-/// Ticks more than rounded that the phases of a landing may last.
-const MORE_TICKS: [[u32; 3]; 7] = [
-    [0, 0, 0],
-    [0, 1, 0],
-    [1, 0, 0],
-    [0, 0, 1],
-    [1, 0, 1],
-    [1, 1, 1],
-    [2, 1, 2],
-];
-
-/// Ticks more than rounded that a landing in even phases may last.
-const EVEN_MORE: u32 = 6;
-
-/// Share of the phases around the peak of deceleration that is flattened; the jerk grows by its square.
-const PEAK: f32 = 0.04;
-
-/// What rounding may leave of a velocity or an acceleration of zero.
+/// What rounding may leave of a velocity or an acceleration of zero: path units per tick, per tick^2.
 pub(super) const FINE: i128 = 1 << (T_FRAC - 42);
 
 pub(super) const UNIT: f32 = (1_u128 << T_FRAC) as f32;
@@ -79,12 +46,12 @@ pub struct View<'a> {
     pub nodes: &'a Nodes,
     /// Node the state is in.
     pub cursor: usize,
-    /// Last node under the ceiling; the motion is planned to be at rest at its end.
+    /// Nodes that may be looked at.
+    pub known: usize,
+    /// Node at whose end the motion can be at rest: the state was made safe for that.
     pub last: usize,
     /// State at the end of the last piece.
     pub state: PathState,
-    /// Limits of the axes, jerk-limited and not.
-    pub rates: [Rates; 2],
     /// Ticks per second.
     pub hz: f32,
 }
@@ -92,10 +59,10 @@ pub struct View<'a> {
 /// What to run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Decision {
-    /// One piece: jerk, ticks.
+    /// One greedy piece: jerk, ticks.
     Go(i64, u32),
-    /// Three pieces to rest, wherever that is.
-    Rest(Phases),
+    /// Three pieces down to a lower velocity at zero acceleration.
+    Slow(Phases),
     /// Three pieces to rest at the end of node `stop`.
     Land {
         /// The pieces.
@@ -105,290 +72,314 @@ pub enum Decision {
     },
 }
 
-/// The nearest programmed stop ahead, with the limits of the way there at the present velocity.
+/// The nearest programmed stop ahead.
 struct StopAhead {
     index: usize,
     distance_q: i128,
     distance: f32,
     v: f32,
-    limits: PathLimits,
-    /// Jerk at standstill.
-    rest_j: f32,
+    a: f32,
+    j: f32,
+}
+
+/// Motion in SI-like units.
+#[derive(Clone, Copy)]
+pub(super) struct Motion {
+    pub(super) node: usize,
+    /// Distance left in `node`.
+    pub(super) left: f32,
+    pub(super) v: f32,
+    pub(super) a: f32,
 }
 
 impl View<'_> {
-    /// The state as a motion continuous in time.
-    ///
-    /// The differences of a tick belong to places between ticks: acceleration to the tick before, velocity to half a tick
-    /// before. All of it together is the motion one tick ago, on the same curve.
     pub(super) fn motion(&self) -> Motion {
-        let left = widen(self.nodes.get(self.cursor).length_q) - self.state.s + self.state.v;
-        let a = self.state.a as f32 / UNIT * self.hz * self.hz;
+        let left = widen(self.nodes.get(self.cursor).length_q) - self.state.s;
         Motion {
             node: self.cursor,
             left: left as f32 / UNIT,
-            v: self.state.v as f32 / UNIT * self.hz - 0.5 * a / self.hz,
-            a,
+            v: self.state.v as f32 / UNIT * self.hz,
+            a: self.state.a as f32 / UNIT * self.hz * self.hz,
         }
     }
 
-    pub(super) fn stretch(&self) -> Stretch<'_> {
-        Stretch {
-            nodes: self.nodes,
-            last: self.last,
-            rates: &self.rates,
-            hz: self.hz,
+    pub(super) fn end_of_window(&self) -> usize {
+        (self.cursor + LOOK_AHEAD + 1).min(self.known)
+    }
+
+    /// Limits behind the joint at the end of node `index`; its own where the path stops there. What lies behind a
+    /// stop may or may not have come yet, and must not be looked at.
+    fn beyond(&self, index: usize) -> PathLimits {
+        let node = self.nodes.get(index);
+        if node.stop || index + 1 >= self.end_of_window() {
+            node.limits
+        } else {
+            self.nodes.get(index + 1).limits
         }
     }
 
-    fn ceiling_at(&self, at: &Motion) -> Branch {
-        let stretch = self.stretch();
-        stretch.before(self.nodes.get(at.node), stretch.behind(at.node), at.left)
-    }
-
-    /// The stop at the end of the stretch under the ceiling, if it is a programmed one.
     fn stop_ahead(&self) -> Option<StopAhead> {
-        if !self.nodes.get(self.last).stop {
-            return None;
-        }
-        let v = self.motion().v;
+        let first = self.nodes.get(self.cursor);
         let mut found = StopAhead {
-            index: self.last,
+            index: self.cursor,
             distance_q: -self.state.s,
             distance: 0.0,
             v: f32::MAX,
-            limits: PathLimits {
-                a: f32::MAX,
-                j: f32::MAX,
-            },
-            rest_j: f32::MAX,
+            a: first.limits.a,
+            j: first.limits.j,
         };
-        for index in self.cursor..=self.last {
+        for index in self.cursor..self.end_of_window() {
             let node = self.nodes.get(index);
             found.distance_q += widen(node.length_q);
             found.v = found.v.min(node.limits.v);
-            let rates = self.stretch().rates(node);
-            let here = node.limits.acceleration(rates, v);
-            let here = here.down.min(here.up);
-            found.limits.a = found.limits.a.min(here);
-            // The acceleration that braking from here builds up.
-            let free = node.limits.least_jerk(rates, v, 0.0);
-            found.rest_j = found.rest_j.min(node.limits.least_jerk(rates, 0.0, 0.0));
-            let peak = crate::units::sqrt(free * v).min(here);
-            found.limits.j = found.limits.j.min(node.limits.least_jerk(rates, v, peak));
-            if index < self.last {
-                found.v = found.v.min(node.exit_v);
+            found.a = found.a.min(node.limits.a);
+            found.j = found.j.min(node.limits.j);
+            if node.stop {
+                found.index = index;
+                found.distance = found.distance_q as f32 / UNIT;
+                return Some(found);
             }
-        }
-        found.distance = found.distance_q as f32 / UNIT;
-        Some(found)
-    }
-
-    /// Whether node `index` allows velocity `v` and acceleration `a` while `jerk` runs within `share` of the limits; what
-    /// is beyond a limit may be on its way back.
-    fn allows(&self, index: usize, v: f32, a: f32, jerk: f32, share: f32) -> bool {
-        let stretch = self.stretch();
-        let node = self.nodes.get(index);
-        let Range { down, up } = stretch.jerk(node, v, a, share);
-        let limit = stretch.acceleration(node, v);
-        v <= node.limits.v * SLACK
-            && jerk <= up * LOOSE
-            && -jerk <= down * LOOSE
-            && (a <= limit.up * LOOSE || jerk < 0.0)
-            && (-a <= limit.down * LOOSE || jerk > 0.0)
-    }
-
-    /// Runs `jerk` (path units / s^3) for `time` and says where that leads, or `None` if a limit breaks on the way.
-    fn probe(&self, start: &Motion, jerk: f32, time: f32) -> Option<Motion> {
-        let v = start.v + time * (start.a + 0.5 * jerk * time);
-        let a = start.a + jerk * time;
-        let covered = time * (start.v + time * (0.5 * start.a + time * jerk * (1.0 / 6.0)));
-        // Velocity over the way between the two, as of uniform acceleration.
-        let (b0, b1) = (start.v * start.v, v.max(0.0) * v.max(0.0));
-        let mut at = Motion {
-            node: start.node,
-            left: start.left - covered,
-            v,
-            a,
-        };
-        let close = 1.5 * at.v / self.hz;
-        let mut passed = start.left;
-        loop {
-            let node = self.nodes.get(at.node);
-            if at.left >= close || at.node >= self.last {
-                break;
-            }
-            let next = self.nodes.get(at.node + 1);
-            let part = (passed / covered).min(1.0);
-            let here = crate::units::sqrt(b0 + (b1 - b0) * part);
-            let there = start.a + (a - start.a) * part;
-            let over = at.left < 0.0;
-            if (over && here > node.exit_v.min(next.start.v) * SLACK)
-                || !self.allows(at.node, here, there, jerk, node.exit_share)
-                || !self.allows(at.node + 1, here, there, jerk, node.exit_share)
-            {
-                return None;
-            }
-            if !over {
-                break;
-            }
-            at.node += 1;
-            at.left += next.length;
-            passed += next.length;
-        }
-        if at.left < 0.0 {
-            return None;
-        }
-        // Deceleration can be let go of before the motion is over.
-        let node = self.nodes.get(at.node);
-        let stretch = self.stretch();
-        let up = stretch
-            .jerk(node, v, a, 1.0)
-            .up
-            .min(stretch.jerk(node, 0.0, 0.0, 1.0).up);
-        let stops = a < 0.0 && a * a > 2.0 * up * v;
-        (!stops && self.allows(at.node, v, a, jerk, 1.0)).then_some(at)
-    }
-
-    /// The next thing to run.
-    #[must_use]
-    pub fn decide(&self) -> Decision {
-        if let Some(stop) = self.stop_ahead() {
-            // What rounding leaves of a standstill is one.
-            let at_rest = self.state.v.abs() < FINE && self.state.a.abs() < FINE;
-            let landing = if at_rest {
-                self.try_hop(&stop)
-            } else {
-                self.try_land(&stop).or_else(|| self.try_touch(&stop))
-            };
-            if let Some(phases) = landing {
-                return Decision::Land {
-                    phases,
-                    stop: stop.index,
-                };
-            }
-            if let Some(phases) = (!at_rest).then(|| self.force_landing(&stop)).flatten() {
-                return Decision::Land {
-                    phases,
-                    stop: stop.index,
-                };
-            }
-            if !at_rest && self.must_brake(&stop) {
-                // No landing in whole ticks ends on the stop: rest before it, and go the rest of the way from there.
-                let (phases, _) = self.halt();
-                let fits = |(end, node): (PathState, usize)| {
-                    node < self.last || end.coordinate() <= self.nodes.get(node).length_q
-                };
-                if self.follow(&phases, self.last).is_some_and(fits) {
-                    return Decision::Rest(phases);
-                }
-            }
-        }
-        self.greedy()
-    }
-
-    fn greedy(&self) -> Decision {
-        let start = self.motion();
-        let stretch = self.stretch();
-        let node = self.nodes.get(start.node);
-        let limit = stretch.acceleration(node, start.v);
-        let close = 1.5 * start.v / self.hz;
-        let Range { mut down, mut up } = stretch.jerk(node, start.v, start.a, 1.0);
-        if start.node > 0 && node.length - start.left < close {
-            // The ticks after a joint still see what was before it.
-            let behind = self.nodes.get(start.node - 1);
-            for side in [node, behind] {
-                let range = stretch.jerk(side, start.v, start.a, behind.exit_share);
-                (down, up) = (down.min(range.down), up.min(range.up));
-            }
-        }
-        let (a_max, j_max) = (limit.up.min(limit.down), up.min(down));
-        let top = node.limits.v;
-        let cruising =
-            start.v >= top * CRUISE && start.a.abs() <= 0.1 * (1.0 - CRUISE) * start.v * self.hz;
-        // Short against the time the acceleration takes to build up.
-        let steady = cruising || (start.a >= 0.999 * limit.up && node.brisk);
-        let scale = (a_max / j_max).min(crate::units::sqrt(start.v / j_max));
-        let most = if steady {
-            TICKS_MAX
-        } else {
-            ((scale * self.hz * 0.125) as u32).clamp(1, TICKS_MAX)
-        };
-        let mut ticks = most;
-        loop {
-            let time = ticks as f32 / self.hz;
-            // Onto the largest velocity, to stay there.
-            let settled = start.v + 0.5 * start.a * time;
-            let high = if settled >= top * CRUISE && settled <= top * SLACK {
-                -start.a / time
-            } else {
-                (limit.up - start.a) / time
-            };
-            let high = high.min(up).max(-down);
-            // Acceleration must be gone again before the motion is.
-            let low = (-down)
-                .max((-limit.down - start.a) / time)
-                .max(-(start.v + start.a * time) / (0.5 * time * time));
-            if let Some(jerk) = self.largest(&start, low, high, time) {
-                return Decision::Go(self.units(jerk), ticks);
-            }
-            if ticks == 1 {
-                // Nothing keeps every limit: back onto the ceiling, as gently as that goes.
-                let ceiling = self.ceiling_at(&start);
-                let over = (start.v / ceiling.v).clamp(1.0, RETURN);
-                let least = crate::units::sqrt(1.8 * up * start.v.max(0.0));
-                let wanted = (-(ceiling.d * over * over).min(least) - start.a) / time;
-                if !(start.v > 0.0) {
-                    return Decision::Rest(self.halt().0);
-                }
-                if start.left < close + start.v / self.hz && start.node < self.last {
-                    let next = self.nodes.get(start.node + 1);
-                    let there = stretch.jerk(next, start.v, start.a, node.exit_share);
-                    (down, up) = (down.min(there.down), up.min(there.up));
-                }
-                return Decision::Go(self.units(wanted.clamp(-down, up)), 1);
-            }
-            ticks = (ticks / 2).max(1);
-        }
-    }
-
-    /// The largest jerk from `low` to `high` that may run for `time`.
-    fn largest(&self, start: &Motion, low: f32, high: f32, time: f32) -> Option<f32> {
-        let stretch = self.stretch();
-        let ok = |jerk: f32| {
-            self.probe(start, jerk, time)
-                .is_some_and(|at| stretch.merges(at))
-        };
-        if !(high >= low) {
-            return None;
-        }
-        // Neither of the ends need be allowed, and what lies between them be.
-        let mut bad = None;
-        let spread = ANCHORS.map(|part| high + (low - high) * part);
-        let last = LAST.map(|part| (part * low).min(high));
-        for jerk in spread.into_iter().chain(last) {
-            if !ok(jerk) {
-                bad = Some(jerk);
-                continue;
-            }
-            let mut good = jerk;
-            if let Some(mut bad) = bad {
-                for _ in 0..HALVINGS {
-                    let middle = 0.5 * (good + bad);
-                    if ok(middle) {
-                        good = middle;
-                    } else {
-                        bad = middle;
-                    }
-                }
-            }
-            return Some(good);
+            found.v = found.v.min(node.exit_v);
         }
         None
     }
 
-    fn units(&self, jerk: f32) -> i64 {
-        (jerk * (UNIT / (self.hz * self.hz * self.hz))) as i64
+    /// Whether braking from `at` keeps every limit ahead.
+    pub(super) fn safe(&self, at: Motion) -> bool {
+        let here = self.nodes.get(at.node).limits;
+        let (mut limit_a, mut limit_j) = (here.a, here.j);
+        let rising = at.a.max(0.0);
+        if at.v < 0.0 || at.v + rising * rising / (2.0 * limit_j) > here.v * SLACK {
+            return false;
+        }
+        // Rounding the phases of a manoeuvre to whole ticks may cost the travel of two.
+        let mut distance = at.left - 2.0 * at.v / self.hz;
+        for index in at.node..self.end_of_window() {
+            let node = self.nodes.get(index);
+            let (a, j) = (PREDICTED * limit_a, PREDICTED * limit_j);
+            let peak = at.v + rising * rising / (2.0 * j);
+            let next = self.nodes.get(index + 1);
+            let open = node.stop || index + 1 == self.end_of_window();
+            let cap = if open {
+                0.0
+            } else {
+                node.exit_v.min(next.limits.v)
+            };
+            if cap < peak {
+                // Braking ends with zero acceleration, so the next segment may allow as little as it likes.
+                if brake(at.v, at.a, cap, a, j).distance > distance {
+                    return false;
+                }
+            } else if next.limits.a < at.a.abs() {
+                let t = (at.a.abs() - next.limits.a) / j;
+                let covered = t * (at.v + t * (at.a / 2.0 - j.copysign(at.a) * t / 6.0));
+                if covered > distance {
+                    return false;
+                }
+            }
+            if open {
+                break;
+            }
+            if cap > 0.0 && brake(at.v, at.a, 0.0, a, j).distance <= distance {
+                break;
+            }
+            distance += next.length;
+            limit_a = limit_a.min(next.limits.a);
+            limit_j = limit_j.min(next.limits.j);
+        }
+        true
+    }
+
+    /// Runs `jerk` (path units / s^3) for `ticks` and says where that leads, or `None` if a limit breaks on the way.
+    fn probe(&self, start: Motion, jerk: f32, ticks: u32) -> Option<Motion> {
+        let dt = 1.0 / self.hz;
+        let mut m = start;
+        for _ in 0..ticks {
+            m.a += jerk * dt;
+            m.v += m.a * dt;
+            m.left -= m.v * dt;
+            while m.left < 0.0 && !self.nodes.get(m.node).stop {
+                let node = self.nodes.get(m.node);
+                let next = self.nodes.get(m.node + 1);
+                let cap = node.exit_v.min(next.limits.v);
+                // The tick that crosses the joint counts, and the one before it: the joint lies between.
+                if m.v.max(m.v - m.a * dt) > cap * SLACK {
+                    return None;
+                }
+                m.left += next.length;
+                m.node += 1;
+                if jerk.abs() > next.limits.j * SLACK || m.a.abs() > next.limits.a * 1.001 {
+                    return None;
+                }
+            }
+            if m.left < 0.0 {
+                return None;
+            }
+        }
+        Some(m)
+    }
+
+    /// The next thing to run, or `None` while too little is known ahead: neither a stop inside the window nor a full
+    /// window. Decisions then do not depend on what arrives later, and so not on when it arrives.
+    #[must_use]
+    pub fn decide(&self) -> Option<Decision> {
+        let stop = self.stop_ahead();
+        if stop.is_none() && self.known <= self.cursor + LOOK_AHEAD {
+            return None;
+        }
+        if let Some(stop) = &stop {
+            // What rounding leaves of a standstill is one: nothing could be done from it a whole tick long.
+            let at_rest = self.state.v.abs() < FINE && self.state.a.abs() < FINE;
+            let decision = if at_rest {
+                self.try_hop(stop)
+            } else {
+                self.try_land(stop)
+            };
+            if let Some(phases) = decision {
+                return Some(Decision::Land {
+                    phases,
+                    stop: stop.index,
+                });
+            }
+        }
+        Some(self.greedy(stop.as_ref()))
+    }
+
+    fn greedy(&self, stop: Option<&StopAhead>) -> Decision {
+        let start = self.motion();
+        let limits = self.nodes.get(self.cursor).limits;
+        // Short against the time the acceleration takes to build up, here and in the next segment.
+        let next = self.beyond(self.cursor);
+        let mut scale = (limits.a / limits.j).min(next.a / next.j);
+        if let Some(stop) = stop {
+            // A rest-to-rest move over this distance takes about 4 cbrt(D / 2 J).
+            scale = scale.min(libm::cbrtf(stop.distance.max(0.0) / (2.0 * stop.j)));
+        }
+        // Nothing builds up while cruising, nor at the limit of acceleration where jerk is no matter.
+        let steady = (start.v >= limits.v * CRUISE && start.a.abs() <= NO_ACCELERATION * limits.a)
+            || (start.a >= 0.999 * limits.a && self.nodes.get(self.cursor).brisk);
+        let ticks = if steady {
+            TICKS_MAX
+        } else {
+            ((scale * self.hz * 0.125) as u32).clamp(1, TICKS_MAX)
+        };
+        let time = ticks as f32 / self.hz;
+        let high = limits.j.min((limits.a - start.a) / time);
+        // The least jerk worth trying: keeps the velocity, or releases the acceleration.
+        let low = (-limits.j).max(-start.a / time);
+        let ok = |jerk: f32| self.probe(start, jerk, ticks).is_some_and(|m| self.safe(m));
+        let jerk = if high >= low && ok(high) {
+            high
+        } else if high >= low && start.v >= limits.v * CRUISE && ok(low) {
+            low
+        } else if high >= low && start.a >= 0.0 && ok(low) {
+            let (mut good, mut bad) = (low, high);
+            for _ in 0..12 {
+                let middle = 0.5 * (good + bad);
+                if ok(middle) {
+                    good = middle;
+                } else {
+                    bad = middle;
+                }
+            }
+            good
+        } else {
+            return Decision::Slow(self.slow_down());
+        };
+        let scale = UNIT / (self.hz * self.hz * self.hz);
+        Decision::Go((jerk * scale) as i64, ticks)
+    }
+
+    /// The braking manoeuvre that keeps the motion safe: to a velocity limit ahead from which everything
+    /// behind it is still met; failing that, to a share of the velocity; and, always possible, to rest.
+    fn slow_down(&self) -> Phases {
+        let at = self.motion();
+        let here = self.nodes.get(at.node).limits;
+        let (mut limit_a, mut limit_j) = (here.a, here.j);
+        let rising = at.a.max(0.0);
+        let peak = at.v + rising * rising / (2.0 * limit_j);
+        // Releasing the acceleration is the mildest manoeuvre.
+        if let Some(phases) = self.manoeuvre(&at, peak.min(here.v), limit_a, limit_j) {
+            return phases;
+        }
+        let mut distance = at.left;
+        let mut lowest = peak;
+        let mut tries = 0;
+        for index in at.node..self.end_of_window() {
+            let node = self.nodes.get(index);
+            let next = self.nodes.get(index + 1);
+            let cap = node.exit_v.min(next.limits.v);
+            if node.stop || tries >= TRIES {
+                break;
+            }
+            if cap < lowest {
+                lowest = cap;
+                tries += 1;
+                if let Some(phases) = self.manoeuvre(&at, cap, limit_a, limit_j) {
+                    return phases;
+                }
+            }
+            if brake(at.v, at.a, 0.0, limit_a, limit_j).distance < distance {
+                break;
+            }
+            distance += next.length;
+            limit_a = limit_a.min(next.limits.a);
+            limit_j = limit_j.min(next.limits.j);
+        }
+        [0.75, 0.5, 0.25]
+            .iter()
+            .find_map(|share| self.manoeuvre(&at, share * at.v.min(lowest), limit_a, limit_j))
+            // Every way of braking begins by letting the acceleration go, with the jerk allowed here and
+            // beyond the next joint.
+            .or_else(|| {
+                let j = here.j.min(self.beyond(at.node).j);
+                let peak = at.v + rising * rising / (2.0 * j);
+                let (phases, ..) = self.shape(&at, peak, here.a, j)?;
+                (rising > 0.0).then_some(phases)
+            })
+            .unwrap_or_else(|| self.halt().0)
+    }
+
+    /// Down to `to` and zero acceleration, if that keeps every limit on the way and ends safe.
+    fn manoeuvre(&self, at: &Motion, to: f32, limit_a: f32, limit_j: f32) -> Option<Phases> {
+        let (phases, state, cursor) = self.shape(at, to, limit_a, limit_j)?;
+        let view = View {
+            nodes: self.nodes,
+            cursor,
+            known: self.known,
+            last: self.last,
+            state,
+            hz: self.hz,
+        };
+        view.safe(view.motion()).then_some(phases)
+    }
+
+    /// Phases down to `to` and zero acceleration that keep every limit on the way; the state and the node they
+    /// end in.
+    fn shape(
+        &self,
+        at: &Motion,
+        to: f32,
+        limit_a: f32,
+        limit_j: f32,
+    ) -> Option<(Phases, PathState, usize)> {
+        let time = brake(at.v, at.a, to, limit_a, limit_j).time;
+        let ticks = time.map(|t| libm::ceilf(t * self.hz) as u32);
+        let ticks = [ticks[0], ticks[1], ticks[2].max(1)];
+        if ticks.iter().any(|&n| n > MANOEUVRE_MAX) {
+            return None;
+        }
+        let target = (to / self.hz * UNIT) as i128;
+        let phases = if ticks[0] == 0 {
+            // Only the release is left; where that leads is given.
+            let a = self.state.a;
+            let n = i128::from(ticks[2]);
+            [(0, 0), (0, 0), (i64::try_from(-a / n).ok()?, ticks[2])]
+        } else {
+            slow(&self.state, target, ticks)?
+        };
+        let (end, node) = self.follow(&phases, self.end_of_window() - 1)?;
+        Some((phases, end, node))
     }
 
     fn try_hop(&self, stop: &StopAhead) -> Option<Phases> {
@@ -396,16 +387,11 @@ impl View<'_> {
             // Rounding has carried the motion onto the stop.
             return Some([(0, 1), (0, 0), (0, 1)]);
         }
-        let PathLimits { a: _, j } = stop.limits;
-        let time = libm::cbrtf(stop.distance / (2.0 * j));
+        let time = libm::cbrtf(stop.distance / (2.0 * stop.j));
         let m = libm::ceilf(time * self.hz).max(1.0);
         let j = stop.distance / (2.0 * m * m * m);
         let (v, a) = (j * m * m * self.hz, j * m * self.hz * self.hz);
-        let holds = |index: usize| {
-            let below = self.stretch().at(self.nodes.get(index), v);
-            a <= below.a && j * self.hz * self.hz * self.hz <= below.j
-        };
-        if v > stop.v || !(self.cursor..=self.last).all(holds) {
+        if v > stop.v || a > stop.a {
             return None;
         }
         let m = m as u32;
@@ -413,65 +399,12 @@ impl View<'_> {
         Some([(j, m), (-j, 2 * m), (j, m)])
     }
 
-    /// Whether braking with all that is allowed barely ends before the stop.
-    fn must_brake(&self, stop: &StopAhead) -> bool {
-        let m = self.motion();
-        let PathLimits { a, j } = stop.limits;
-        let distance = stop.distance + m.v / self.hz;
-        let full = brake(m.v, m.a, 0.0, a, j);
-        full.distance + 0.5 * m.v / self.hz > distance
-            && full.distance < 1.2 * distance
-            && full.time.iter().sum::<f32>() * self.hz < 40.0
-    }
-
-    /// One tick onto the stop, if that keeps the limits.
-    fn try_touch(&self, stop: &StopAhead) -> Option<Phases> {
-        let node = self.nodes.get(stop.index);
-        let scale = self.hz * self.hz;
-        let per_tick = |x: i128| x as f32 / UNIT;
-        let by = per_tick(stop.distance_q);
-        let a0 = per_tick(self.state.a);
-        let a1 = by - per_tick(self.state.v);
-        let limits = self.stretch().at(node, 0.0);
-        let fits = |a: f32, before: f32| {
-            a.abs() * scale <= limits.a
-                && (node.brisk || (a - before).abs() * scale * self.hz <= limits.j)
-        };
-        // Rounding must not leave the motion beyond the stop for ever.
-        let beyond = stop.distance_q <= 0 && (by * scale).abs() <= limits.a;
-        (beyond || (fits(a1, a0) && fits(-by, a1) && fits(0.0, -by))).then_some([
-            (0, 0),
-            (0, 0),
-            (0, 1),
-        ])
-    }
-
     fn try_land(&self, stop: &StopAhead) -> Option<Phases> {
         let m = self.motion();
-        let PathLimits { a, j } = stop.limits;
-        let reach = |share: f32| brake(m.v, m.a, 0.0, share * a, share * j);
-        // The gentlest landing worth taking; the shorter it is, the more whole ticks take away. Along the ceiling there is
-        // nothing better.
-        let ticks = self.hz * reach(1.0).time.iter().sum::<f32>();
-        let ceiling = self.ceiling_at(&m);
-        let along = m.v > CLOSE * ceiling.v && m.a < -0.8 * ceiling.d && ceiling.d > 0.0;
-        let (mut low, mut high) = if along {
-            // What the limits really are on the way, the trial run below knows.
-            (if ticks < 24.0 { 0.2 } else { 0.85 }, MOST_ALONG)
-        } else {
-            let most = if ticks < SHORT { MOST_ALONG } else { 0.995 };
-            (1.0 - GENTLE - 4.0 / ticks.max(8.0), most)
-        };
-        if m.a < 0.0 && m.v > 0.0 {
-            // With less, letting go of the deceleration takes more velocity than there is.
-            low = low.max(LOOSE * m.a * m.a / (2.0 * j * m.v));
-        }
-        let distance = stop.distance + m.v / self.hz;
-        if !(stop.distance > 0.0)
-            || !(along || ticks < SHORT || stop.limits.j > UNBENT * stop.rest_j)
-            || reach(low).distance < distance
-            || reach(high).distance > distance
-        {
+        let reach = |j: f32| brake(m.v, m.a, 0.0, stop.a, j);
+        let (mut low, mut high) = (0.5 * stop.j, stop.j);
+        let distance = stop.distance;
+        if !(distance > 0.0) || reach(low).distance < distance || reach(high).distance > distance {
             return None;
         }
         for _ in 0..14 {
@@ -482,55 +415,25 @@ impl View<'_> {
                 high = middle;
             }
         }
-        self.in_ticks(stop, reach(high).time)
-            .find(|phases| self.follow(phases, stop.index).is_some())
-    }
-
-    /// Landings on `stop` whose phases last about `time`, in whole ticks.
-    fn in_ticks<'b>(
-        &'b self,
-        stop: &'b StopAhead,
-        mut time: [f32; 3],
-    ) -> impl Iterator<Item = Phases> + 'b {
-        // Three jerks over a middle phase of next to nothing would have to be huge; flattening the peak costs little.
-        let flat = PEAK * time[0].min(time[2]);
-        if time[1] < 2.0 * flat {
-            time = [time[0] - flat, time[1] + 2.0 * flat, time[2] - flat];
-        }
+        let time = reach(high).time;
         let whole = time.map(|t| (libm::roundf(t * self.hz) as u32).max(1));
-        let nearly = MORE_TICKS
-            .iter()
-            .map(move |more| core::array::from_fn(|i| whole[i] + more[i]));
-        // Where little more is left than letting go, three even phases need the least jerk.
-        let sum = whole[0] + whole[1] + whole[2];
-        let even =
-            (sum.max(5) - 2..sum + EVEN_MORE).map(|sum| [sum / 3, sum - 2 * (sum / 3), sum / 3]);
-        nearly
-            .chain(even)
-            .filter_map(|ticks| land(&self.state, stop.distance_q, ticks))
-    }
-
-    /// Where rounding has left too little way to the stop: a landing with as little more than the limits as it takes.
-    fn force_landing(&self, stop: &StopAhead) -> Option<Phases> {
-        let m = self.motion();
-        let PathLimits { a, j } = stop.limits;
-        let reach = |share: f32| brake(m.v, m.a, 0.0, share * a, share * j);
-        let distance = stop.distance + m.v / self.hz;
-        let (mut low, mut high) = (1.0, MOST_FORCE);
-        let above = m.v > self.ceiling_at(&m).v * ABOVE;
-        if !above || stop.index != self.cursor || !(m.v > 0.0) || reach(low).distance <= distance {
-            return None;
-        }
-        for _ in 0..14 {
-            let middle = 0.5 * (low + high);
-            if reach(middle).distance > distance {
-                low = middle;
-            } else {
-                high = middle;
+        for [x, y, z] in [
+            [0, 0, 0],
+            [0, 1, 0],
+            [1, 0, 0],
+            [0, 0, 1],
+            [1, 0, 1],
+            [1, 1, 1],
+            [2, 1, 2],
+        ] {
+            let ticks = [whole[0] + x, whole[1] + y, whole[2] + z];
+            if let Some(phases) = land(&self.state, stop.distance_q, ticks) {
+                if self.follow(&phases, stop.index).is_some() {
+                    return Some(phases);
+                }
             }
         }
-        let largest = |phases: &Phases| phases.iter().map(|(jerk, _)| jerk.abs()).max();
-        self.in_ticks(stop, reach(high).time).min_by_key(largest)
+        None
     }
 
     /// Runs `phases`; the state at their end and the node it lies in, or `None` if a limit breaks on the way.
@@ -541,7 +444,10 @@ impl View<'_> {
         let mut state = self.state;
         let mut node = self.cursor;
         for &(j, ticks) in phases {
-            let jerk = j as f32 * jerk_scale;
+            let jerk = (j as f32 * jerk_scale).abs();
+            if ticks > 0 && jerk > self.nodes.get(node).limits.j * 1.001 {
+                return None;
+            }
             let mut left = ticks;
             while left > 0 {
                 let mut n = left.min(CHUNK);
@@ -553,27 +459,21 @@ impl View<'_> {
                 }
                 left -= n;
                 let v = state.v.max(next.v) as f32 / UNIT * self.hz;
-                let a = next.a as f32 / UNIT * self.hz * self.hz;
-                let keeps = |index: usize, share: f32| {
-                    let stretch = self.stretch();
-                    let node = self.nodes.get(index);
-                    let limit = stretch.acceleration(node, v);
-                    let range = stretch.jerk(node, v, a, share);
-                    v <= node.limits.v * 1.0001
-                        && a <= limit.up * LOOSE
-                        && -a <= limit.down * LOOSE
-                        && (node.brisk || (jerk <= range.up * LOOSE && -jerk <= range.down * LOOSE))
-                };
-                let within = |index: usize| keeps(index, 1.0);
+                let a = next.a.abs() as f32 / UNIT * self.hz * self.hz;
+                let here = self.nodes.get(node).limits;
                 // The release phase may undershoot standstill by the rounding of three integer jerks only.
-                if !within(node) || next.v < -(1 << 26) {
+                if v > here.v * 1.0001 || a > here.a * 1.001 || next.v < -(1 << 26) {
                     return None;
                 }
                 while node < last && next.coordinate() > self.nodes.get(node).length_q {
-                    let passed = self.nodes.get(node);
-                    next.s -= widen(passed.length_q);
+                    let exit = self.nodes.get(node).exit_v;
+                    next.s -= widen(self.nodes.get(node).length_q);
                     node += 1;
-                    if passed.stop || v > passed.exit_v * 1.0001 || !keeps(node, passed.exit_share)
+                    let inside = self.nodes.get(node).limits;
+                    if self.nodes.get(node - 1).stop
+                        || v > exit.min(inside.v) * 1.0001
+                        || a > inside.a * 1.001
+                        || jerk > inside.j * 1.001
                     {
                         return None;
                     }
@@ -588,20 +488,20 @@ impl View<'_> {
     #[must_use]
     pub fn halt(&self) -> (Phases, f32) {
         let m = self.motion();
-        let stretch = self.stretch();
-        let v =
-            m.v + m.a.max(0.0) * m.a.max(0.0) / (2.0 * stretch.at(self.nodes.get(m.node), m.v).j);
-        let PathLimits { mut a, mut j } = stretch.at(self.nodes.get(self.cursor), v);
+        let here = self.nodes.get(self.cursor).limits;
+        let (mut a, mut j) = (here.a, here.j);
         let mut b = brake(m.v, m.a, 0.0, a, j);
         let mut covered = m.left;
         let mut index = self.cursor;
-        while covered < b.distance && index < self.last {
+        while covered < b.distance
+            && !self.nodes.get(index).stop
+            && index + 1 < self.end_of_window()
+        {
             index += 1;
             let node = self.nodes.get(index);
-            let limits = stretch.at(node, v);
-            if limits.a < a || limits.j < j {
-                a = a.min(limits.a);
-                j = j.min(limits.j);
+            if node.limits.a < a || node.limits.j < j {
+                a = a.min(node.limits.a);
+                j = j.min(node.limits.j);
                 b = brake(m.v, m.a, 0.0, a, j);
             }
             covered += node.length;

@@ -92,7 +92,6 @@ impl Planner<'_> {
         self.supply.cut = None;
         if self.supply.scarce {
             self.supply.scarce = false;
-            self.until = None;
             self.limit_tempo(f32::INFINITY);
         }
     }
@@ -111,7 +110,7 @@ impl Planner<'_> {
         if self.supply.scarce && (self.stands() || (full && self.supply.cut.is_none())) {
             self.end_scarcity();
         }
-        if !self.supply.scarce && self.raise_ceiling(config) {
+        if !self.supply.scarce && self.knows_enough() {
             return true;
         }
         if self.stands() {
@@ -151,13 +150,11 @@ impl Planner<'_> {
         self.supply.made = self.planned;
         self.supply.known = number;
         self.last = end;
-        self.until = None;
         let mut distance = -(self.state.coordinate() as f32 / (1_u64 << S_FRAC) as f32);
         for index in self.cursor..known {
             distance += self.nodes.get(index).length;
         }
         self.limit_tempo(distance / HORIZON);
-        self.build(config, &self.tempo_now(), self.cursor, last);
     }
 
     /// The end of what was known is no stop any more.

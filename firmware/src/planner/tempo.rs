@@ -9,6 +9,7 @@
 
 use heapless::Deque;
 
+use super::limits::PathLimits;
 use super::nodes::Node;
 use super::LEAD_TICKS;
 
@@ -106,13 +107,13 @@ impl Schedule {
     }
 }
 
-/// What passing the joint at the end of a node allows: one set for overrides up to 100 %, one for those above.
+/// What a node allows: one set for overrides up to 100 %, one for those above.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Passing {
-    /// Velocity over the joint.
-    pub v: f32,
-    /// Share of the jerk that passing it leaves in the ticks around it.
-    pub share: f32,
+    /// Limits inside.
+    pub limits: PathLimits,
+    /// Velocity over the joint at its end.
+    pub exit_v: f32,
 }
 
 impl Node {
@@ -121,8 +122,8 @@ impl Node {
         let raised = tempo.feed > 100;
         if self.raised != raised {
             self.raised = raised;
-            core::mem::swap(&mut self.exit_v, &mut self.other.v);
-            core::mem::swap(&mut self.exit_share, &mut self.other.share);
+            core::mem::swap(&mut self.limits, &mut self.other.limits);
+            core::mem::swap(&mut self.exit_v, &mut self.other.exit_v);
         }
         let percent = if self.rapid { tempo.rapid } else { tempo.feed };
         self.limits.v = self.velocity(percent).min(tempo.most);
