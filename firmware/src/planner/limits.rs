@@ -4,7 +4,7 @@
 //! `q' v`, `q' a + q'' v^2` and `q' j + 3 q'' v a + q''' v^3` (chain rule). The programmed feed and the
 //! curve terms fix v; what they leave of the axis limits is free for changing speed.
 
-use crate::config::Config;
+use crate::config::{AxisConfig, Config};
 use crate::geometry::arc::{PathDerivatives, PathShape};
 use crate::units::{sqrt, AxisVec, AXES};
 
@@ -66,10 +66,20 @@ pub struct Joint {
     pub cost: JointCost,
 }
 
-/// Jerk limit of an axis. Without `SOFT` the acceleration may build up within four ticks.
+/// What rounding of commanded positions may add to a third difference of them, units of 2^-32 step: each is off by half a
+/// unit, and the first of a segment by three more.
+const ROUNDED: f32 = 12.0;
+
+/// Units of a step.
+const STEP: f32 = (1_u64 << 32) as f32;
+
+/// Jerk limit of an axis, less what rounding adds to it in the sampled motion. Without `SOFT` the acceleration may build up within four ticks.
 fn axis_jerk(config: &Config, axis: usize, soft: bool) -> f32 {
     if soft {
-        config.axes[axis].j_max
+        let hz = config.servo_hz as f32;
+        let AxisConfig { j_max, .. } = config.axes[axis];
+        let per_step = ROUNDED * (1.0 / STEP) * hz * hz * hz;
+        j_max - (per_step / config.axes[axis].steps_per_unit.to_num::<f32>()).min(0.5 * j_max)
     } else {
         config.axes[axis].a_max * config.servo_hz as f32 * 0.25
     }

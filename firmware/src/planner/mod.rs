@@ -254,6 +254,7 @@ impl<'a> Planner<'a> {
                 exit_v: joints.raised.v,
             },
         };
+        #[cfg(not(target_os="none"))] if std::env::var("PN").is_ok() { std::eprintln!("node block {} len {} v {} curve {} a {} j {} exit {} third {:?} {:?} start {:?} end {:?}", segment.block, length, node.limits.v, curve_v, node.limits.a, node.limits.j, node.exit_v, shape.low.third, shape.high.third, shape.start.third, shape.end.third); }
         let tempo = self.tempo_now();
         if tempo != Tempo::PROGRAMMED {
             node.set_tempo(&tempo);
@@ -458,6 +459,7 @@ impl<'a> Planner<'a> {
                 brake,
                 generation: self.generation,
             };
+            #[cfg(not(target_os="none"))] if std::env::var("PN").is_ok() { let hz=config.servo_hz as f32; let n=self.nodes.get(self.cursor); std::eprintln!("P {} {} j {} ticks {} v {} a {} node v {} a {} j {} cursor {} left {}", self.planned, ticks, piece.jerk as f32/profile::UNIT*hz*hz*hz, ticks, self.state.v as f32/profile::UNIT*hz, self.state.a as f32/profile::UNIT*hz*hz, n.limits.v,n.limits.a,n.limits.j,self.first+self.cursor as u32, n.length-(self.state.s as f32)/profile::UNIT); }
             let queued = self.pieces.enqueue(piece);
             debug_assert!(queued.is_ok(), "room was checked for a whole landing");
         }

@@ -30,7 +30,10 @@ const CRUISE: f32 = 1.0 - 1.0e-5;
 const MANOEUVRE_MAX: u32 = 8192;
 
 /// Velocity limits ahead that a braking manoeuvre is tried for.
-const TRIES: u32 = 8;
+const TRIES: u32 = 3;
+
+/// Manoeuvres on a way to rest.
+const MANOEUVRES: u32 = 2;
 
 /// Slack on velocity comparisons, relative.
 pub(super) const SLACK: f32 = 1.0 + 2.0e-6;
@@ -267,7 +270,13 @@ impl View<'_> {
         let high = limits.j.min((limits.a - start.a) / time);
         // The least jerk worth trying: keeps the velocity, or releases the acceleration.
         let low = (-limits.j).max(-start.a / time);
-        let ok = |jerk: f32| self.probe(start, jerk, ticks).is_some_and(|m| self.safe(m));
+        let scale = UNIT / (self.hz * self.hz * self.hz);
+        let ok = |jerk: f32| {
+            self.probe(start, jerk, ticks).is_some_and(|m| self.safe(m))
+                && self
+                    .after((jerk * scale) as i64, ticks)
+                    .is_some_and(|view| view.has_refuge(MANOEUVRES))
+        };
         let jerk = if high >= low && ok(high) {
             high
         } else if high >= low && start.v >= limits.v * CRUISE && ok(low) {
@@ -286,37 +295,80 @@ impl View<'_> {
         } else {
             return Decision::Slow(self.slow_down());
         };
-        let scale = UNIT / (self.hz * self.hz * self.hz);
         Decision::Go((jerk * scale) as i64, ticks)
     }
 
-    /// The braking manoeuvre that keeps the motion safe: to a velocity limit ahead from which everything
-    /// behind it is still met; failing that, to a share of the velocity; and, always possible, to rest.
-    fn slow_down(&self) -> Phases {
+    /// Where `jerk` leads in `ticks`.
+    fn after(&self, jerk: i64, ticks: u32) -> Option<Self> {
+        let mut state = self.state.after(jerk, ticks)?;
+        let mut cursor = self.cursor;
+        while cursor + 1 < self.known
+            && !self.nodes.get(cursor).stop
+            && state.coordinate() >= self.nodes.get(cursor).length_q
+        {
+            state.s -= widen(self.nodes.get(cursor).length_q);
+            cursor += 1;
+        }
+        Some(View {
+            state,
+            cursor,
+            ..*self
+        })
+    }
+
+    /// Whether there is a way to rest that keeps every limit: straight on, or after at most `most` manoeuvres.
+    fn has_refuge(&self, most: u32) -> bool {
+        self.halting().is_some() || (most > 0 && self.braking(most).is_some())
+    }
+
+    /// To rest straight on, if that keeps every limit.
+    fn halting(&self) -> Option<Phases> {
+        let (phases, _) = self.halt();
+        let last = self.end_of_window() - 1;
+        let (end, node) = self.follow(&phases, last)?;
+        let fits = node < last || end.coordinate() <= self.nodes.get(node).length_q;
+        fits.then_some(phases)
+    }
+
+    /// A manoeuvre to zero acceleration from whose end there is a way to rest with `most` - 1 more at most: letting the
+    /// acceleration go; down to the velocity limit ahead that leaves the least room, or to one of the first; down to a share
+    /// of the velocity.
+    fn braking(&self, most: u32) -> Option<Phases> {
         let at = self.motion();
         let here = self.nodes.get(at.node).limits;
         let (mut limit_a, mut limit_j) = (here.a, here.j);
         let rising = at.a.max(0.0);
         let peak = at.v + rising * rising / (2.0 * limit_j);
-        // Releasing the acceleration is the mildest manoeuvre.
-        if let Some(phases) = self.manoeuvre(&at, peak.min(here.v), limit_a, limit_j) {
-            return phases;
+        let to = |v: f32, a: f32, j: f32| self.manoeuvre(&at, v, a, j, most);
+        if self.state.a != 0 {
+            if let Some(phases) = to(peak.min(here.v), limit_a, limit_j) {
+                return Some(phases);
+            }
         }
         let mut distance = at.left;
         let mut lowest = peak;
         let mut tries = 0;
+        let mut tightest = None;
+        let mut room = f32::MAX;
         for index in at.node..self.end_of_window() {
             let node = self.nodes.get(index);
             let next = self.nodes.get(index + 1);
             let cap = node.exit_v.min(next.limits.v);
-            if node.stop || tries >= TRIES {
+            if node.stop {
                 break;
             }
             if cap < lowest {
                 lowest = cap;
-                tries += 1;
-                if let Some(phases) = self.manoeuvre(&at, cap, limit_a, limit_j) {
-                    return phases;
+                let left = distance - brake(at.v, at.a, cap, limit_a, limit_j).distance;
+                if left < room {
+                    room = left;
+                    tightest = Some((cap, limit_a, limit_j));
+                }
+                if tries < TRIES {
+                    tries += 1;
+                    if let Some(phases) = to(cap, limit_a, limit_j) {
+                        return Some(phases);
+                    }
                 }
             }
             if brake(at.v, at.a, 0.0, limit_a, limit_j).distance < distance {
@@ -326,12 +378,25 @@ impl View<'_> {
             limit_a = limit_a.min(next.limits.a);
             limit_j = limit_j.min(next.limits.j);
         }
-        [0.75, 0.5, 0.25]
-            .iter()
-            .find_map(|share| self.manoeuvre(&at, share * at.v.min(lowest), limit_a, limit_j))
+        tightest
+            .and_then(|(cap, a, j)| to(cap, a, j))
+            .or_else(|| {
+                let shares = [0.9, 0.75, 0.5, 0.25].iter();
+                shares.map(|share| share * at.v.min(lowest)).find_map(|v| to(v, limit_a, limit_j))
+            })
+    }
+
+    /// How to slow down. Nothing is planned from which there is no way, but for what a change of the limits leaves.
+    fn slow_down(&self) -> Phases {
+        self.braking(MANOEUVRES)
+            .or_else(|| self.halting())
             // Every way of braking begins by letting the acceleration go, with the jerk allowed here and
             // beyond the next joint.
             .or_else(|| {
+                #[cfg(not(target_os="none"))] if std::env::var("PN").is_ok() { let m=self.motion(); let n=self.nodes.get(m.node); std::eprintln!("LOST v {} a {} left {} node v {} a {} j {} next v {} a {} j {} safe {}", m.v, m.a, m.left, n.limits.v,n.limits.a,n.limits.j, self.nodes.get(m.node+1).limits.v,self.nodes.get(m.node+1).limits.a,self.nodes.get(m.node+1).limits.j, self.safe(m)); }
+                let at = self.motion();
+                let here = self.nodes.get(at.node).limits;
+                let rising = at.a.max(0.0);
                 let j = here.j.min(self.beyond(at.node).j);
                 let peak = at.v + rising * rising / (2.0 * j);
                 let (phases, ..) = self.shape(&at, peak, here.a, j)?;
@@ -340,18 +405,16 @@ impl View<'_> {
             .unwrap_or_else(|| self.halt().0)
     }
 
-    /// Down to `to` and zero acceleration, if that keeps every limit on the way and ends safe.
-    fn manoeuvre(&self, at: &Motion, to: f32, limit_a: f32, limit_j: f32) -> Option<Phases> {
+    /// Down to `to` and zero acceleration, if that keeps every limit on the way and there is a way to rest from there with
+    /// `most` - 1 manoeuvres.
+    fn manoeuvre(&self, at: &Motion, to: f32, limit_a: f32, limit_j: f32, most: u32) -> Option<Phases> {
         let (phases, state, cursor) = self.shape(at, to, limit_a, limit_j)?;
         let view = View {
-            nodes: self.nodes,
-            cursor,
-            known: self.known,
-            last: self.last,
             state,
-            hz: self.hz,
+            cursor,
+            ..*self
         };
-        view.safe(view.motion()).then_some(phases)
+        (view.safe(view.motion()) && view.has_refuge(most - 1)).then_some(phases)
     }
 
     /// Phases down to `to` and zero acceleration that keep every limit on the way; the state and the node they
