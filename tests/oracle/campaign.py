@@ -1,14 +1,15 @@
 #!/usr/bin/env python3
-"""Runs random programs, with feed holds at random instants, and holds every trace against the limits.
+"""Runs random programs, with events at random instants, and holds every trace against the limits.
 
-    campaign.py [--sim PATH] [--programs N] [--holds M] [--seed S] [--jobs J] [--keep FOLDER]
+    campaign.py [--sim PATH] [--programs N] [--holds M] [--mixed M] [--seed S] [--jobs J] [--keep FOLDER]
 
 In: a built `host-sim`. Program k of seed S is always the same: lines, arcs, C-, Akima and B-splines and exact stops over three
-or five axes, 10 um to 20 mm large, feeds from 500 to 30000 mm/min, SOFT or BRISK. Each is run once as it is, and once with M holds,
-each with its resume, spread over its time. Out: one line per failure and the totals; programs that fail stay in FOLDER.
+or five axes, 10 um to 20 mm large, feeds from 500 to 30000 mm/min, SOFT or BRISK. Each is run once as it is, once with M holds,
+each with its resume, spread over its time, and once with M events of all kinds: holds, feed overrides from 10 to 200 %, rapid
+overrides, failing supply. Out: one line per failure and the totals; programs that fail stay in FOLDER.
 
 Judged is the trace only, with `check_trace.py`: velocity and acceleration within 0.5 %, jerk (SOFT) within 2 %, corner steps
-as the machine file grants them, no motion backwards, and with holds the same final steps as without.
+as the machine file grants them, no motion backwards, and with events the same final steps as without.
 Exit code 1 if anything fails, or if too few programs ran.
 """
 
@@ -78,10 +79,30 @@ def program(seed, number):
     return "\n".join([f"G90 G64 {mode}", f"G1 X0 Y0 Z0 A0 C0 F{feed}", *body, "M30", ""])
 
 
-def events(seed, number, ticks, count):
-    """Ticks of `count` holds and of the resume behind each, in order, spread over `ticks`; a resume may come while still braking."""
+def holds(seed, number, ticks, count):
+    """Rows of `count` holds and of the resume behind each, in order, spread over `ticks`; a resume may come while still braking."""
     rng = random.Random(seed * 7_368_787 + number)
-    return sorted(rng.sample(range(1, max(ticks, 4 * count)), 2 * count))
+    at = sorted(rng.sample(range(1, max(ticks, 4 * count)), 2 * count))
+    return [(tick, ("hold", "resume")[k % 2]) for k, tick in enumerate(at)]
+
+
+def mixed(seed, number, ticks, count):
+    """Rows of `count` events of all kinds, in order, spread over `ticks`; behind each hold its resume."""
+    rng = random.Random(seed * 2_750_159 + number)
+    rows = []
+    for tick in rng.sample(range(1, max(ticks, 2 * count)), count):
+        kind = rng.choice(["hold", "override", "override", "rapid", "starve"])
+        if kind == "hold":
+            rows += [(tick, "hold"), (tick + rng.randint(1, 2000), "resume")]
+        elif kind == "override":
+            rows.append((tick, f"override={rng.randint(10, 200)}"))
+        elif kind == "rapid":
+            rows.append((tick, f"rapid={rng.randint(10, 100)}"))
+        else:
+            rows.append((tick, f"starve={rng.randint(1, 2000)}"))
+    rows.sort(key=lambda row: row[0])
+    # Whatever came last: the program is to end.
+    return [*rows, (max(ticks, rows[-1][0]) + 4000, "resume")] if rows else rows
 
 
 def judge(stem, brisk):
@@ -121,34 +142,36 @@ def run(sim, text, folder, name, rows):
     return verdict
 
 
-def one(sim, seed, number, holds, folder):
-    """(complaints, holds made, largest uses) of one program; None if it is refused."""
+def one(sim, seed, number, counts, folder):
+    """(complaints, events made, largest uses) of one program; None if it is refused."""
     text, name = program(seed, number), f"s{seed}_{number}"
     calm = run(sim, text, folder, name, [])
     if calm is None:
         return None
     problems, ticks, final, used = calm
     complaints = [f"{name}: {p}" for p in problems]
-    if holds:
-        at = events(seed, number, ticks, holds)
-        rows = [(tick, ("hold", "resume")[k % 2]) for k, tick in enumerate(at)]
-        problems, _, held_final, more = run(sim, text, folder, f"{name}h", rows)
-        complaints += [f"{name}h: {p}" for p in problems]
-        if held_final and held_final != final:
-            complaints.append(f"{name}h: final steps {held_final}, without holds {final}")
+    for suffix, rows_of, count in [("h", holds, counts[0]), ("m", mixed, counts[1])]:
+        if not count:
+            continue
+        rows = rows_of(seed, number, ticks, count)
+        problems, _, other_final, more = run(sim, text, folder, name + suffix, rows)
+        complaints += [f"{name}{suffix}: {p}" for p in problems]
+        if other_final and other_final != final:
+            complaints.append(f"{name}{suffix}: final steps {other_final}, without events {final}")
         used = {label: max(used.get(label, 0.0), more.get(label, 0.0)) for label in used}
     if not complaints:
-        for file in folder.glob(f"{name}[.h]*"):
+        for file in folder.glob(f"{name}[.hm]*"):
             file.unlink()
-    return complaints, holds, used
+    return complaints, sum(counts), used
 
 
 def main():
     """Command line; returns the exit code."""
-    parser = argparse.ArgumentParser(description="Random programs and holds against the limits of the machine.")
+    parser = argparse.ArgumentParser(description="Random programs and events against the limits of the machine.")
     parser.add_argument("--sim", default=str(SIM), help="the simulator")
     parser.add_argument("--programs", type=int, default=100)
     parser.add_argument("--holds", type=int, default=0, help="holds per program")
+    parser.add_argument("--mixed", type=int, default=0, help="events of all kinds per program")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--keep", help="folder for programs that fail")
@@ -156,21 +179,21 @@ def main():
     with tempfile.TemporaryDirectory() as scratch, ThreadPoolExecutor(options.jobs) as pool:
         folder = Path(options.keep or scratch)
         folder.mkdir(parents=True, exist_ok=True)
-        jobs = [pool.submit(one, options.sim, options.seed, k, options.holds, folder) for k in range(options.programs)]
-        ran, failed, held, most = 0, 0, 0, {}
+        jobs = [pool.submit(one, options.sim, options.seed, k, (options.holds, options.mixed), folder) for k in range(options.programs)]
+        ran, failed, made, most = 0, 0, 0, {}
         for job in jobs:
             result = job.result()
             if result is None:
                 continue
-            complaints, holds, used = result
-            ran, held, failed = ran + 1, held + holds, failed + bool(complaints)
+            complaints, count, used = result
+            ran, made, failed = ran + 1, made + count, failed + bool(complaints)
             most = {label: max(most.get(label, 0.0), share) for label, share in used.items()} | {
                 label: share for label, share in most.items() if label not in used
             }
             for line in complaints:
                 print(line, flush=True)
     uses = ", ".join(f"{label} {share:.4f}" for label, share in most.items())
-    print(f"{ran} programs of {options.programs} ran, {held} holds, {failed} programs failed; largest use: {uses}")
+    print(f"{ran} programs of {options.programs} ran, {made} events, {failed} programs failed; largest use: {uses}")
     return 1 if failed or ran < 0.8 * options.programs else 0
 
 

@@ -10,7 +10,7 @@ use core::sync::atomic::Ordering::Acquire;
 
 use super::brake::{brake, slow, Phases};
 use super::limits::PathLimits;
-use super::profile::{View, SLACK, UNIT};
+use super::profile::{View, MANOEUVRES, SLACK, UNIT};
 use super::tempo::{Change, Request, Schedule, Tempo};
 use super::Planner;
 use crate::config::Config;
@@ -65,7 +65,10 @@ impl View<'_> {
     fn is_settled(&self) -> bool {
         let at = self.motion();
         let limits = self.nodes.get(at.node).limits;
-        at.v <= limits.v * SLACK && at.a.abs() <= limits.a * SLACK && self.safe(at)
+        at.v <= limits.v * SLACK
+            && at.a.abs() <= limits.a * SLACK
+            && self.safe(at)
+            && self.has_refuge(MANOEUVRES)
     }
 
     /// The least velocity allowed on the way that braking to it takes.
@@ -172,6 +175,13 @@ impl Planner<'_> {
             }
         }
         while let Some(change) = self.schedule.due(self.planned) {
+            self.take_change(change);
+        }
+        // Ticks of motion do not go on at rest, and nothing is planned while an override keeps it there.
+        while self.is_barred() && self.at_rest() {
+            let Some(change) = self.schedule.next() else {
+                break;
+            };
             self.take_change(change);
         }
     }

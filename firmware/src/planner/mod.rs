@@ -254,7 +254,6 @@ impl<'a> Planner<'a> {
                 exit_v: joints.raised.v,
             },
         };
-        #[cfg(not(target_os="none"))] if std::env::var("PN").is_ok() { std::eprintln!("node block {} len {} v {} curve {} a {} j {} exit {} third {:?} {:?} start {:?} end {:?}", segment.block, length, node.limits.v, curve_v, node.limits.a, node.limits.j, node.exit_v, shape.low.third, shape.high.third, shape.start.third, shape.end.third); }
         let tempo = self.tempo_now();
         if tempo != Tempo::PROGRAMMED {
             node.set_tempo(&tempo);
@@ -387,18 +386,17 @@ impl<'a> Planner<'a> {
             return true;
         }
         match self.view(config).decide() {
-            Some(Decision::Go(jerk, ticks)) => {
+            Decision::Go(jerk, ticks) => {
                 self.emit(config, &[(jerk, ticks)], PieceEnd::Continue);
             }
-            Some(Decision::Slow(phases)) => {
+            Decision::Slow(phases) => {
                 self.slow_down(config, &phases);
             }
-            Some(Decision::Land { phases, stop }) => {
+            Decision::Land { phases, stop } => {
                 let number = self.first.wrapping_add(stop as u32);
                 self.lands(number);
                 self.emit(config, &phases, PieceEnd::StopAfter(number));
             }
-            None => return false,
         }
         true
     }
@@ -459,7 +457,6 @@ impl<'a> Planner<'a> {
                 brake,
                 generation: self.generation,
             };
-            #[cfg(not(target_os="none"))] if std::env::var("PN").is_ok() { let hz=config.servo_hz as f32; let n=self.nodes.get(self.cursor); std::eprintln!("P {} {} j {} ticks {} v {} a {} node v {} a {} j {} cursor {} left {}", self.planned, ticks, piece.jerk as f32/profile::UNIT*hz*hz*hz, ticks, self.state.v as f32/profile::UNIT*hz, self.state.a as f32/profile::UNIT*hz*hz, n.limits.v,n.limits.a,n.limits.j,self.first+self.cursor as u32, n.length-(self.state.s as f32)/profile::UNIT); }
             let queued = self.pieces.enqueue(piece);
             debug_assert!(queued.is_ok(), "room was checked for a whole landing");
         }
@@ -479,7 +476,7 @@ impl<'a> Planner<'a> {
         View {
             nodes: self.nodes,
             cursor: self.cursor,
-            known: self.known(),
+            end: self.known().min(self.cursor + LOOK_AHEAD + 1),
             last: self.last.wrapping_sub(self.first) as usize,
             state: self.state,
             hz: config.servo_hz as f32,

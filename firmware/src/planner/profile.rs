@@ -33,7 +33,7 @@ const MANOEUVRE_MAX: u32 = 8192;
 const TRIES: u32 = 3;
 
 /// Manoeuvres on a way to rest.
-const MANOEUVRES: u32 = 2;
+pub(super) const MANOEUVRES: u32 = 2;
 
 /// Slack on velocity comparisons, relative.
 pub(super) const SLACK: f32 = 1.0 + 2.0e-6;
@@ -49,8 +49,8 @@ pub struct View<'a> {
     pub nodes: &'a Nodes,
     /// Node the state is in.
     pub cursor: usize,
-    /// Nodes that may be looked at.
-    pub known: usize,
+    /// Nodes that are looked at, from the oldest on. Beyond the last one the path is taken to end.
+    pub end: usize,
     /// Node at whose end the motion can be at rest: the state was made safe for that.
     pub last: usize,
     /// State at the end of the last piece.
@@ -106,15 +106,11 @@ impl View<'_> {
         }
     }
 
-    pub(super) fn end_of_window(&self) -> usize {
-        (self.cursor + LOOK_AHEAD + 1).min(self.known)
-    }
-
     /// Limits behind the joint at the end of node `index`; its own where the path stops there. What lies behind a
     /// stop may or may not have come yet, and must not be looked at.
     fn beyond(&self, index: usize) -> PathLimits {
         let node = self.nodes.get(index);
-        if node.stop || index + 1 >= self.end_of_window() {
+        if node.stop || index + 1 >= self.end {
             node.limits
         } else {
             self.nodes.get(index + 1).limits
@@ -131,7 +127,7 @@ impl View<'_> {
             a: first.limits.a,
             j: first.limits.j,
         };
-        for index in self.cursor..self.end_of_window() {
+        for index in self.cursor..self.end {
             let node = self.nodes.get(index);
             found.distance_q += widen(node.length_q);
             found.v = found.v.min(node.limits.v);
@@ -157,12 +153,12 @@ impl View<'_> {
         }
         // Rounding the phases of a manoeuvre to whole ticks may cost the travel of two.
         let mut distance = at.left - 2.0 * at.v / self.hz;
-        for index in at.node..self.end_of_window() {
+        for index in at.node..self.end {
             let node = self.nodes.get(index);
             let (a, j) = (PREDICTED * limit_a, PREDICTED * limit_j);
             let peak = at.v + rising * rising / (2.0 * j);
             let next = self.nodes.get(index + 1);
-            let open = node.stop || index + 1 == self.end_of_window();
+            let open = node.stop || index + 1 == self.end;
             let cap = if open {
                 0.0
             } else {
@@ -222,14 +218,10 @@ impl View<'_> {
         Some(m)
     }
 
-    /// The next thing to run, or `None` while too little is known ahead: neither a stop inside the window nor a full
-    /// window. Decisions then do not depend on what arrives later, and so not on when it arrives.
+    /// The next thing to run.
     #[must_use]
-    pub fn decide(&self) -> Option<Decision> {
+    pub fn decide(&self) -> Decision {
         let stop = self.stop_ahead();
-        if stop.is_none() && self.known <= self.cursor + LOOK_AHEAD {
-            return None;
-        }
         if let Some(stop) = &stop {
             // What rounding leaves of a standstill is one: nothing could be done from it a whole tick long.
             let at_rest = self.state.v.abs() < FINE && self.state.a.abs() < FINE;
@@ -239,13 +231,13 @@ impl View<'_> {
                 self.try_land(stop)
             };
             if let Some(phases) = decision {
-                return Some(Decision::Land {
+                return Decision::Land {
                     phases,
                     stop: stop.index,
-                });
+                };
             }
         }
-        Some(self.greedy(stop.as_ref()))
+        self.greedy(stop.as_ref())
     }
 
     fn greedy(&self, stop: Option<&StopAhead>) -> Decision {
@@ -302,7 +294,7 @@ impl View<'_> {
     fn after(&self, jerk: i64, ticks: u32) -> Option<Self> {
         let mut state = self.state.after(jerk, ticks)?;
         let mut cursor = self.cursor;
-        while cursor + 1 < self.known
+        while cursor + 1 < self.end
             && !self.nodes.get(cursor).stop
             && state.coordinate() >= self.nodes.get(cursor).length_q
         {
@@ -317,14 +309,14 @@ impl View<'_> {
     }
 
     /// Whether there is a way to rest that keeps every limit: straight on, or after at most `most` manoeuvres.
-    fn has_refuge(&self, most: u32) -> bool {
+    pub(super) fn has_refuge(&self, most: u32) -> bool {
         self.halting().is_some() || (most > 0 && self.braking(most).is_some())
     }
 
     /// To rest straight on, if that keeps every limit.
     fn halting(&self) -> Option<Phases> {
         let (phases, _) = self.halt();
-        let last = self.end_of_window() - 1;
+        let last = self.end - 1;
         let (end, node) = self.follow(&phases, last)?;
         let fits = node < last || end.coordinate() <= self.nodes.get(node).length_q;
         fits.then_some(phases)
@@ -350,7 +342,7 @@ impl View<'_> {
         let mut tries = 0;
         let mut tightest = None;
         let mut room = f32::MAX;
-        for index in at.node..self.end_of_window() {
+        for index in at.node..self.end {
             let node = self.nodes.get(index);
             let next = self.nodes.get(index + 1);
             let cap = node.exit_v.min(next.limits.v);
@@ -378,12 +370,12 @@ impl View<'_> {
             limit_a = limit_a.min(next.limits.a);
             limit_j = limit_j.min(next.limits.j);
         }
-        tightest
-            .and_then(|(cap, a, j)| to(cap, a, j))
-            .or_else(|| {
-                let shares = [0.9, 0.75, 0.5, 0.25].iter();
-                shares.map(|share| share * at.v.min(lowest)).find_map(|v| to(v, limit_a, limit_j))
-            })
+        tightest.and_then(|(cap, a, j)| to(cap, a, j)).or_else(|| {
+            let shares = [0.9, 0.75, 0.5, 0.25].iter();
+            shares
+                .map(|share| share * at.v.min(lowest))
+                .find_map(|v| to(v, limit_a, limit_j))
+        })
     }
 
     /// How to slow down. Nothing is planned from which there is no way, but for what a change of the limits leaves.
@@ -393,7 +385,6 @@ impl View<'_> {
             // Every way of braking begins by letting the acceleration go, with the jerk allowed here and
             // beyond the next joint.
             .or_else(|| {
-                #[cfg(not(target_os="none"))] if std::env::var("PN").is_ok() { let m=self.motion(); let n=self.nodes.get(m.node); std::eprintln!("LOST v {} a {} left {} node v {} a {} j {} next v {} a {} j {} safe {}", m.v, m.a, m.left, n.limits.v,n.limits.a,n.limits.j, self.nodes.get(m.node+1).limits.v,self.nodes.get(m.node+1).limits.a,self.nodes.get(m.node+1).limits.j, self.safe(m)); }
                 let at = self.motion();
                 let here = self.nodes.get(at.node).limits;
                 let rising = at.a.max(0.0);
@@ -407,7 +398,14 @@ impl View<'_> {
 
     /// Down to `to` and zero acceleration, if that keeps every limit on the way and there is a way to rest from there with
     /// `most` - 1 manoeuvres.
-    fn manoeuvre(&self, at: &Motion, to: f32, limit_a: f32, limit_j: f32, most: u32) -> Option<Phases> {
+    fn manoeuvre(
+        &self,
+        at: &Motion,
+        to: f32,
+        limit_a: f32,
+        limit_j: f32,
+        most: u32,
+    ) -> Option<Phases> {
         let (phases, state, cursor) = self.shape(at, to, limit_a, limit_j)?;
         let view = View {
             state,
@@ -441,7 +439,7 @@ impl View<'_> {
         } else {
             slow(&self.state, target, ticks)?
         };
-        let (end, node) = self.follow(&phases, self.end_of_window() - 1)?;
+        let (end, node) = self.follow(&phases, self.end - 1)?;
         Some((phases, end, node))
     }
 
@@ -556,10 +554,7 @@ impl View<'_> {
         let mut b = brake(m.v, m.a, 0.0, a, j);
         let mut covered = m.left;
         let mut index = self.cursor;
-        while covered < b.distance
-            && !self.nodes.get(index).stop
-            && index + 1 < self.end_of_window()
-        {
+        while covered < b.distance && !self.nodes.get(index).stop && index + 1 < self.end {
             index += 1;
             let node = self.nodes.get(index);
             if node.limits.a < a || node.limits.j < j {

@@ -103,6 +103,11 @@ impl Schedule {
         if planned.wrapping_sub(from) > u32::MAX / 2 {
             return None;
         }
+        self.next()
+    }
+
+    /// Takes the next request, whether it counts yet or not.
+    pub(super) fn next(&mut self) -> Option<Change> {
         self.waiting.pop_front().map(|request| request.change)
     }
 }
