@@ -8,6 +8,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use pentaspline::config::{AxisConfig, AxisKind, Config, ROUNDING_TOLERANCE, ZERO_OFFSETS};
+use pentaspline::envelope::axis_velocity;
 use pentaspline::stepgen::SLOTS;
 use pentaspline::units::{Nano, Steps, AXES, NANO_PER_UNIT};
 use serde::Deserialize;
@@ -251,6 +252,14 @@ impl Reader<'_> {
                     axis.v_max.span(),
                     "v_max needs more steps than the port can give",
                     &expected,
+                ));
+            }
+            let limit = axis_velocity() * f64::from(servo_hz);
+            if *axis.v_max.get_ref() > limit {
+                return Err(self.refuse(
+                    axis.v_max.span(),
+                    "v_max out of range",
+                    &format!("this servo rate reaches {limit:.3}"),
                 ));
             }
             self.zero_offsets(axis, index, &mut zero_offsets)?;

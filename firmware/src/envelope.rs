@@ -1,0 +1,73 @@
+//! The envelope: how far every number of the fixed point reaches, from the piece of curve to the step edge.
+//!
+//! In: nothing. Out: constants. Each says who keeps it; `docs/fixed-point.md` lists what follows for every accumulator,
+//! and `tests/oracle/fixed_point_proof.py` proves it.
+
+use crate::interpolator::{S_FRAC, T_FRAC};
+use crate::stepgen::SLOTS;
+use crate::units::PHASE_FRAC;
+
+/// Largest magnitude of a position, Q32.32 steps: 2^31 - 1 steps, so that the count of steps, rounded, fits a word.
+///
+/// Kept by [`ArcSplitter::push`](crate::geometry::arc::ArcSplitter::push), which refuses a curve whose hull leaves it.
+pub const POSITION_MAX: i64 = ((1 << 31) - 1) << 32;
+
+/// Coordinate differences and end slopes of one curve stay below this many steps; also below as many axis units.
+///
+/// Kept by [`ArcSplitter::push`](crate::geometry::arc::ArcSplitter::push).
+pub const CURVE_MAX: i64 = 1 << 28;
+
+/// Most steps an axis moves in one segment, but for what rounding leaves to the last part of a line: less than one.
+///
+/// Kept by the splitter, which halves curves and cuts lines.
+pub const TRAVEL_MAX: i32 = 4000;
+
+/// Shortest segment, Q10.54 path units: 2^-34 of one. The splitter drops what is shorter.
+pub const LENGTH_MIN: i64 = 1 << (S_FRAC - 34);
+
+/// Longest segment, Q10.54 path units: just below 256 of them. The splitter cuts at 250.
+pub const LENGTH_MAX: i64 = (1 << (S_FRAC + 8)) - 1;
+
+/// Fine coefficients stay below this many units: half of a word, so that no sum of Horner's scheme leaves the word.
+///
+/// Kept by the splitter, which halves curves.
+pub const FINE_MAX: i32 = 1 << 30;
+
+/// Largest number of [`Phase`](crate::units::Phase) units per unit of the fine coefficients.
+pub const SCALE_MAX: i32 = 1 << 30;
+
+/// Path velocity stays below this, path units per tick with [`T_FRAC`] fractional bits: two units, which at 5 kHz is
+/// 600 m/min.
+///
+/// Kept by the limits of the axes: no axis moves faster than [`STEPS_MAX`], and machine files whose axes could carry the
+/// path faster than this are refused ([`axis_velocity`]).
+pub const V_MAX: i128 = 2 << T_FRAC;
+
+/// Path acceleration stays below this, path units per tick^2 with [`T_FRAC`] fractional bits: sixteen times a stop
+/// from [`V_MAX`] within one tick. No machine comes near; 96 bits have room for it.
+pub const A_MAX: i128 = 32 << T_FRAC;
+
+/// Longest piece of constant jerk in which the acceleration is not zero throughout, ticks: 18 minutes at 5 kHz.
+pub const TICKS_MAX: u32 = 1 << 22;
+
+/// Steps of an axis in one tick: half the slots, since a pulse takes two. Machine files with a faster axis are refused.
+pub const STEPS_MAX: u16 = SLOTS / 2;
+
+/// Largest distance of two successive phases, 2^13 steps but for the last bit: beyond it their order is lost. Far above
+/// [`STEPS_MAX`].
+pub const SPAN_MAX: i64 = i64::MAX;
+
+/// The most an axis may move per tick, mm or degree, lest the path leave [`V_MAX`].
+///
+/// Of the axes that make up the path length, at most five, one moves by its fifth part in the squares at least.
+#[must_use]
+pub fn axis_velocity() -> f64 {
+    (V_MAX >> T_FRAC) as f64 / 2.5
+}
+
+const _: () = {
+    // sqrt(5) < 2.5
+    assert!(2.5 * 2.5 > 5.0);
+    assert!((STEPS_MAX as i64) << PHASE_FRAC < SPAN_MAX);
+    assert!(LENGTH_MIN > 0 && LENGTH_MIN < LENGTH_MAX);
+};
