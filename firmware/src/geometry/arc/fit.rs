@@ -89,6 +89,16 @@ impl Measure {
         }
     }
 
+    /// In degrees what was in millimetres, and the other way round.
+    fn other(&self) -> Self {
+        Self {
+            counts: self.counts.map(|counts| !counts),
+            rotary_only: !self.rotary_only,
+            feed_scale: 1.0,
+            tiny: self.tiny,
+        }
+    }
+
     fn dot(&self, x: &AxisVec, y: &AxisVec) -> f32 {
         let mut sum = 0.0;
         for a in 0..AXES {
@@ -124,7 +134,14 @@ fn steps(piece: &Piece, axis: usize) -> i32 {
 
 /// A straight piece.
 fn chord(format: &Format, piece: &Piece, delta: &AxisVec, measure: &Measure, block: u32) -> Built {
-    let length = sqrt(measure.dot(delta, delta));
+    const SHORTEST: f32 = LENGTH_MIN as f32 / (1_u64 << S_FRAC) as f32;
+    let other = measure.other();
+    let [mut length, rest] = [measure, &other].map(|m| sqrt(m.dot(delta, delta)));
+    let mut measure = measure;
+    if length < SHORTEST && rest > length {
+        // What moves at all is driven, whatever the control polygon is measured in.
+        (measure, length) = (&other, rest);
+    }
     let most = (0..AXES).map(|a| steps(piece, a)).max().unwrap_or(0);
     let parts = 1 + (most / TRAVEL_MAX).max((length * (1.0 / LENGTH_MAX)) as i32);
     let part = if parts > 1 {
