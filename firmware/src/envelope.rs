@@ -43,19 +43,22 @@ pub const SCALE_MAX: i32 = 1 << 30;
 /// path faster than this are refused ([`axis_velocity`]).
 pub const V_MAX: i128 = 2 << T_FRAC;
 
-/// Path acceleration stays below this, path units per tick^2 with [`T_FRAC`] fractional bits: sixteen times a stop
-/// from [`V_MAX`] within one tick. No machine comes near; 96 bits have room for it.
-pub const A_MAX: i128 = 32 << T_FRAC;
+/// Path acceleration stays below this, path units per tick^2 with [`T_FRAC`] fractional bits: an eighth of a unit, which
+/// is 3 km/s^2 at 5 kHz.
+///
+/// Kept by the limits of the axes: machine files whose axes could accelerate the path harder are refused
+/// ([`axis_acceleration`]).
+pub const A_MAX: i128 = 1 << (T_FRAC - 3);
 
-/// Longest piece of constant jerk in which the acceleration is not zero throughout, ticks: 18 minutes at 5 kHz.
+/// Longest piece in which the acceleration is not zero throughout, ticks: 14 minutes at 5 kHz, in which [`A_MAX`] passes
+/// [`V_MAX`] a hundred thousand times.
 pub const TICKS_MAX: u32 = 1 << 22;
 
 /// Steps of an axis in one tick: half the slots, since a pulse takes two. Machine files with a faster axis are refused.
 pub const STEPS_MAX: u16 = SLOTS / 2;
 
-/// Largest distance of two successive phases, 2^13 steps but for the last bit: beyond it their order is lost. Far above
-/// [`STEPS_MAX`].
-pub const SPAN_MAX: i64 = i64::MAX;
+/// Largest distance of two successive phases: beyond it their order may be lost. Far above [`STEPS_MAX`].
+pub const SPAN_MAX: i64 = ((1 << 13) - 1) << PHASE_FRAC;
 
 /// The most an axis may move per tick, mm or degree, lest the path leave [`V_MAX`].
 ///
@@ -65,9 +68,18 @@ pub fn axis_velocity() -> f64 {
     (V_MAX >> T_FRAC) as f64 / 2.5
 }
 
+/// The most an axis may accelerate per tick^2, mm or degree, lest the path leave [`A_MAX`].
+///
+/// As for the velocity, and twice that: where the path bends, centripetal acceleration adds as much at most.
+#[must_use]
+pub fn axis_acceleration() -> f64 {
+    1.0 / (1_u32 << (T_FRAC - A_MAX.ilog2())) as f64 / 5.0
+}
+
 const _: () = {
     // sqrt(5) < 2.5
     assert!(2.5 * 2.5 > 5.0);
+    assert!(A_MAX == 1 << A_MAX.ilog2());
     assert!((STEPS_MAX as i64) << PHASE_FRAC < SPAN_MAX);
     assert!(LENGTH_MIN > 0 && LENGTH_MIN < LENGTH_MAX);
 };
