@@ -244,7 +244,18 @@ def braking():
     brake.taken(d - brake.j, ticks, m)
     brake.taken(d + brake.j, ticks, m)
     m.fit("i128", v - brake.triangle(ticks, m))
-    # What is divided is not negative, at most v; its digits with the rest before them are words.
+    # A quotient is reached when D = `most`, of n = floor(D / J) ticks, is too much for v: taken = D (n + 1) - J n (n + 1) / 2.
+    # It is a limit below 2^64 then, since for d - J there is room: jerks are raised until there is, and never fall. After
+    # coming down to k ticks, J (k + 1) (k + 2) / 2 > v, or k = n.
+    limit, jerk, n, k, speed = z3.Reals("D J n k v")
+    area = jerk * n * (n + 1) / 2
+    facts = [limit < 2**64, jerk > 0, n >= 0, jerk * n <= limit, speed >= 0]
+    prove(speed - area < 2**64 * (n + 1), *facts, area >= 0, limit * (n + 1) - area > speed)
+    lower = jerk * k * (k + 1) / 2
+    prove(speed - lower < jerk * (k + 1), lower + jerk * (k + 1) > speed)
+    prove(jerk * (k + 1) <= 2**64 * (k + 1), *facts, k >= 0, k + 1 <= n, jerk <= 2**64)
+    prove(jerk <= limit, jerk * n <= limit, jerk > 0, n >= 1)
+    # A digit with the rest before it is a word.
     by = m.any(1, 1 << 16)
     rest = m.any(0, (1 << 16) - 1)
     m.facts.append(rest.term < by.term)
@@ -254,7 +265,7 @@ def braking():
     prove(r * 2**16 + digit < b * 2**16, 0 <= r, r < b, 0 <= digit, digit < 2**16)
     m.fit("i128", m.mul("i128", brake.j, ticks) + v)
     assert part.high == (1 << 32) - 1
-    return m.done() + 1
+    return m.done() + 5
 
 
 def edges():

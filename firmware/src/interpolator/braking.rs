@@ -1,7 +1,8 @@
 //! Coming to rest: the next deceleration, tick by tick.
 //!
 //! In: [`BrakeLimits`] from the background, velocity and deceleration of the last tick. Out: the deceleration of the
-//! next. Integers in the units of [`PathState`](super::PathState), no division but of words: this runs in the interrupt.
+//! next. Integers in the units of [`PathState`](super::PathState), no division but of words: this runs in the interrupt. No
+//! velocity or deceleration of 96 bits overflows them.
 //!
 //! Let d be the deceleration of a tick and J the jerk. Released at J per tick, d still takes
 //! R(d) = sum over k >= 1 of max(d - k J, 0) off the velocity. A tick takes the largest d within J of the last one and
@@ -115,7 +116,7 @@ impl Braking {
             m -= 1;
         }
         let over = quotient((v - self.triangle(m)).unsigned_abs(), m + 1);
-        (self.j * i128::from(m) + over as i128).max(low).min(v)
+        (self.j * i128::from(m) + i128::from(over)).max(low).min(v)
     }
 
     /// Whole ticks of the jerk in `d`, fewer than 2^16: `d` is hardly more than 2^15 of them ([`Self::new`]).
@@ -151,13 +152,15 @@ impl BrakeStage {
     }
 }
 
-/// `x` / `by` rounded down, for `x < 2^96` and `0 < by <= 2^16`: digit by digit, since a word is all the target divides.
-fn quotient(x: u128, by: u32) -> u128 {
+/// `x` / `by` rounded down, for `x < 2^64 by` and `0 < by <= 2^16`: digit by digit, since a word is all the target divides.
+///
+/// That is what is divided here: the quotient is no more than the deceleration tried before, and limits have less than 64 bits.
+fn quotient(x: u128, by: u32) -> u64 {
     let (mut rest, mut found) = (0, 0);
-    for digit in (0..6).rev() {
+    for digit in (0..5).rev() {
         // Less than 2^16 by.
         let part = (rest << 16) | u32::from((x >> (16 * digit)) as u16);
-        found = (found << 16) | u128::from(part / by);
+        found = (found << 16) | u64::from(part / by);
         rest = part % by;
     }
     found

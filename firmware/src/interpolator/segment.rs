@@ -22,9 +22,10 @@ pub const SLOPE_FRAC: u32 = PHASE_FRAC - 31;
 pub struct AxisCurve {
     /// Position at t = 0, chosen so that the position at the end of the segment is exact.
     pub base: Phase,
-    /// Most of the linear coefficient, Q12.19 steps.
+    /// Most of the linear coefficient, Q12.19 steps: [`TRAVEL_MAX`](crate::envelope::TRAVEL_MAX) of +-4096.
     pub slope: i32,
-    /// What is left of the linear coefficient, and the others; steps with [`fine_bits`] fractional bits.
+    /// What is left of the linear coefficient, and the others; steps with [`fine_bits`] fractional bits, below
+    /// [`FINE_MAX`](crate::envelope::FINE_MAX) units.
     pub fine: [i32; 5],
 }
 
