@@ -62,7 +62,8 @@ pub const SPAN_MAX: i64 = ((1 << 13) - 1) << PHASE_FRAC;
 
 /// The most an axis may move per tick, mm or degree, lest the path leave [`V_MAX`].
 ///
-/// Of the axes that make up the path length, at most five, one moves by its fifth part in the squares at least.
+/// Of the axes that make up the path length, at most five, one carries a fifth of its square at least, and the root of five
+/// is below 2.5.
 #[must_use]
 pub fn axis_velocity() -> f64 {
     (V_MAX >> T_FRAC) as f64 / 2.5
@@ -77,8 +78,6 @@ pub fn axis_acceleration() -> f64 {
 }
 
 const _: () = {
-    // sqrt(5) < 2.5
-    assert!(2.5 * 2.5 > 5.0);
     assert!(A_MAX == 1 << A_MAX.ilog2());
     assert!((STEPS_MAX as i64) << PHASE_FRAC < SPAN_MAX);
     assert!(LENGTH_MIN > 0 && LENGTH_MIN < LENGTH_MAX);
