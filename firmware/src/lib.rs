@@ -11,6 +11,7 @@ pub mod board;
 pub mod catalogue;
 pub mod compensation;
 pub mod config;
+pub mod envelope;
 pub mod geometry;
 pub mod interpolator;
 pub mod machine;

@@ -7,7 +7,7 @@ pub const AXES: usize = 5;
 
 /// Position or distance of one axis in steps, Q32.32.
 ///
-/// Range: the whole of `i32` steps; resolution 2^-32 step (2.3e-13 mm at 1 um per step), fine
+/// Range: [`POSITION_MAX`](crate::envelope::POSITION_MAX); resolution 2^-32 step (2.3e-13 mm at 1 um per step), fine
 /// enough for jerk to be taken from third differences of a recorded trace.
 pub type Steps = I32F32;
 
@@ -38,7 +38,7 @@ pub fn sqrt(x: f32) -> f32 {
 /// Commanded position of one axis as the servo interrupt keeps it: steps modulo 2^14 in Q14.50, half a step added.
 ///
 /// The half makes the whole part the number of steps emitted, modulo 2^14. Neighbouring ticks lie closer together than
-/// 2^13 steps, so whoever counts the steps has lost nothing.
+/// [`SPAN_MAX`](crate::envelope::SPAN_MAX), so whoever counts the steps has lost nothing.
 pub type Phase = i64;
 
 /// Fractional bits of a [`Phase`].

@@ -8,6 +8,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use pentaspline::config::{AxisConfig, AxisKind, Config, ROUNDING_TOLERANCE, ZERO_OFFSETS};
+use pentaspline::envelope::{axis_acceleration, axis_velocity};
 use pentaspline::stepgen::SLOTS;
 use pentaspline::units::{Nano, Steps, AXES, NANO_PER_UNIT};
 use serde::Deserialize;
@@ -252,6 +253,19 @@ impl Reader<'_> {
                     "v_max needs more steps than the port can give",
                     &expected,
                 ));
+            }
+            let hz = f64::from(servo_hz);
+            for (name, value, limit) in [
+                ("v_max", &axis.v_max, axis_velocity() * hz),
+                ("a_max", &axis.a_max, axis_acceleration() * hz * hz),
+            ] {
+                if *value.get_ref() > limit {
+                    return Err(self.refuse(
+                        value.span(),
+                        &format!("{name} out of range"),
+                        &format!("this servo rate reaches {limit:.3}"),
+                    ));
+                }
             }
             self.zero_offsets(axis, index, &mut zero_offsets)?;
             reference_point[index] = self.point(axis, &config, axis.reference_point.as_ref())?;

@@ -1,7 +1,8 @@
 //! Coming to rest: the next deceleration, tick by tick.
 //!
 //! In: [`BrakeLimits`] from the background, velocity and deceleration of the last tick. Out: the deceleration of the
-//! next. Integers in the units of [`PathState`](super::PathState), no division but of words: this runs in the interrupt.
+//! next. Integers in the units of [`PathState`](super::PathState), no division but of words: this runs in the interrupt. No
+//! velocity or deceleration of 96 bits overflows them.
 //!
 //! Let d be the deceleration of a tick and J the jerk. Released at J per tick, d still takes
 //! R(d) = sum over k >= 1 of max(d - k J, 0) off the velocity. A tick takes the largest d within J of the last one and
@@ -151,7 +152,9 @@ impl BrakeStage {
     }
 }
 
-/// `x` / `by` rounded down, for `x < 2^64 by` and `0 < by < 2^16`: digit by digit, since a word is all the target divides.
+/// `x` / `by` rounded down, for `x < 2^64 by` and `0 < by <= 2^16`: digit by digit, since a word is all the target divides.
+///
+/// That is what is divided here: the quotient is no more than the deceleration tried before, and limits have less than 64 bits.
 fn quotient(x: u128, by: u32) -> u64 {
     let (mut rest, mut found) = (0, 0);
     for digit in (0..5).rev() {

@@ -1,7 +1,9 @@
 //! s(t) as the servo interrupt advances it: three additions of 96 bits per tick.
 //!
 //! In: a jerk per tick. Out: the way left in a segment. The same integers as [`PathState`](super::PathState), which has
-//! 128 bits and is what the background works with: none of them ever needs more than 96.
+//! 128 bits and is what the background works with: within [`V_MAX`](crate::envelope::V_MAX) and
+//! [`A_MAX`](crate::envelope::A_MAX) at both ends of a piece of up to [`TICKS_MAX`](crate::envelope::TICKS_MAX), none of them
+//! ever needs more than 96.
 
 /// A two's complement number of 96 bits, [`T_FRAC`](super::T_FRAC) of them behind the point: +-2^23 path units.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -53,11 +55,11 @@ impl Wide {
 /// The way left, and what changes it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Motion {
-    /// Path units to the end of the segment.
+    /// Path units to the end of the segment, [`LENGTH_MAX`](crate::envelope::LENGTH_MAX) at most.
     pub left: Wide,
-    /// Path units per tick.
+    /// Path units per tick, below [`V_MAX`](crate::envelope::V_MAX).
     pub v: Wide,
-    /// Path units per tick^2.
+    /// Path units per tick^2, below [`A_MAX`](crate::envelope::A_MAX).
     pub a: Wide,
 }
 

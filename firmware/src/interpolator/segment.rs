@@ -11,22 +11,21 @@
 use super::motion::Wide;
 use super::{widen, S_FRAC, T_FRAC};
 use crate::config::Config;
+use crate::envelope::{LENGTH_MAX, LENGTH_MIN, SCALE_MAX};
 use crate::units::{Phase, AXES, PHASE_FRAC};
 
 /// Fractional bits of [`AxisCurve::slope`].
 pub const SLOPE_FRAC: u32 = PHASE_FRAC - 31;
-
-/// Most steps an axis moves in one segment: what a slope holds.
-pub const TRAVEL_MAX: i32 = 4000;
 
 /// Coefficients of one axis: position = base + slope t + sum of `fine[k] t^(k+1)`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct AxisCurve {
     /// Position at t = 0, chosen so that the position at the end of the segment is exact.
     pub base: Phase,
-    /// Most of the linear coefficient, Q12.19 steps.
+    /// Most of the linear coefficient, Q12.19 steps: [`TRAVEL_MAX`](crate::envelope::TRAVEL_MAX) of +-4096.
     pub slope: i32,
-    /// What is left of the linear coefficient, and the others; steps with [`fine_bits`] fractional bits.
+    /// What is left of the linear coefficient, and the others; steps with [`fine_bits`] fractional bits, below
+    /// [`FINE_MAX`](crate::envelope::FINE_MAX) units.
     pub fine: [i32; 5],
 }
 
@@ -113,10 +112,10 @@ pub struct ServoSegment {
 }
 
 impl ServoSegment {
-    /// A segment of `length > 0` (Q10.54).
+    /// A segment of `length` (Q10.54), from [`LENGTH_MIN`] to [`LENGTH_MAX`]; what is beyond is brought there.
     #[must_use]
     pub fn new(block: u32, length: i64, axes: [AxisCurve; AXES]) -> Self {
-        let length = length.max(1);
+        let length = length.clamp(LENGTH_MIN, LENGTH_MAX);
         let zeros = length.leading_zeros();
         Self {
             block,
@@ -220,6 +219,7 @@ pub fn fine_bits(config: &Config, axis: usize) -> u32 {
 /// Least and most [`fine_bits`]: a scale must fit into 31 bits, and a segment holds a quarter of a step at least.
 const FINE_MIN: i32 = 20;
 const FINE_MAX: i32 = 33;
+const _: () = assert!(SCALE_MAX == 1 << (PHASE_FRAC as i32 - FINE_MIN));
 
 /// Units of a phase per unit of the fine coefficients.
 #[must_use]

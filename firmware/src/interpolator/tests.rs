@@ -3,9 +3,10 @@
 use proptest::prelude::*;
 
 use super::motion::{Motion, Wide};
-use super::segment::{fine_bits, fine_scale, Place, ServoSegment, TRAVEL_MAX};
+use super::segment::{fine_bits, fine_scale, Place, ServoSegment};
 use super::*;
 use crate::config::tests::test_config;
+use crate::envelope::TRAVEL_MAX;
 use crate::geometry::arc::{ArcSplitter, Driven};
 use crate::geometry::HermiteSegment;
 use crate::units::{phase, Steps, AXES, PHASE_FRAC};

@@ -445,7 +445,7 @@ impl<'a> Servo<'a> {
     #[must_use]
     pub fn sample(&self) -> Sample {
         // Rounded to nearest: what is left of v at rest is none.
-        let feed = (self.motion.v.above(T_FRAC - FEED_FRAC - 1) + 1) >> 1;
+        let feed = ((self.motion.v.get() >> (T_FRAC - FEED_FRAC - 1)) + 1) >> 1;
         Sample {
             commanded: self.steps.position().map(Steps::from_bits),
             emitted: *self.steps.emitted(),

@@ -87,7 +87,8 @@ impl StepGenerator {
 
     /// Moves `axis` to `next`, where it is at the end of this tick. At most once per tick and axis.
     ///
-    /// At most `SLOTS` steps; the configuration bounds velocities well below.
+    /// Less than [`SPAN_MAX`](crate::envelope::SPAN_MAX); the configuration bounds velocities at
+    /// [`STEPS_MAX`](crate::envelope::STEPS_MAX) steps per tick.
     #[inline(always)]
     pub fn lead(&mut self, axis: usize, next: Phase) {
         let before = core::mem::replace(&mut self.at[axis], next);

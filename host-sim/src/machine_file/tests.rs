@@ -75,6 +75,14 @@ fn a_wrong_value_is_refused_at_its_place() {
     assert!(refusal("[-115.0, 115.0]", "[-115.0, 3e9]").contains("position out of range"));
     assert!(refusal("v_max = 666.6667", "v_max = 6666.6667")
         .contains("more steps than the port can give"));
+    // What the integers of a tick hold: 0.8 mm, 1/40 mm per tick.
+    assert!(refusal(
+        "steps_per_unit = 1000.0     # 1 um per step\nv_max = 666.6667",
+        "steps_per_unit = 10.0\nv_max = 4001.0"
+    )
+    .contains("this servo rate reaches 4000.000"));
+    assert!(refusal("a_max = 5000.0", "a_max = 625001.0")
+        .contains("this servo rate reaches 625000.000"));
     assert!(refusal("servo_hz = 5000", "servo_hz = 0").contains("servo_hz out of range"));
     assert!(refusal("servo_hz = 5000", "servo_hz = 5000\nspeed = 1").contains("unknown field"));
     assert!(refusal("pulse_width_ns = 700", "pulse_width_ns = 700000").contains("time too long"));

@@ -12,7 +12,8 @@
 //!
 //! All sums are sums of integers: what neighbours share, they share exactly.
 
-use crate::interpolator::segment::{AxisCurve, Place, ServoSegment, SLOPE_FRAC, TRAVEL_MAX};
+use crate::envelope::{FINE_MAX, LENGTH_MIN, TRAVEL_MAX};
+use crate::interpolator::segment::{AxisCurve, Place, ServoSegment, SLOPE_FRAC};
 use crate::interpolator::S_FRAC;
 use crate::units::{phase, sqrt, AxisVec, AXES};
 
@@ -25,9 +26,6 @@ const FRAC: u32 = 44;
 
 /// Pieces shorter than this are not halved for being rough.
 const ROUGH_MIN: f32 = 1.0e-3;
-
-/// Lengths below 2^-34 path units are not driven.
-const LENGTH_MIN: i64 = 1 << (S_FRAC - 34);
 
 /// What became of a piece. Passed on at once, never stored: the size of its largest variant does not matter.
 #[allow(clippy::large_enum_variant)]
@@ -91,6 +89,16 @@ impl Measure {
         }
     }
 
+    /// In degrees what was in millimetres, and the other way round.
+    fn other(&self) -> Self {
+        Self {
+            counts: self.counts.map(|counts| !counts),
+            rotary_only: !self.rotary_only,
+            feed_scale: 1.0,
+            tiny: self.tiny,
+        }
+    }
+
     fn dot(&self, x: &AxisVec, y: &AxisVec) -> f32 {
         let mut sum = 0.0;
         for a in 0..AXES {
@@ -120,13 +128,20 @@ pub fn build(units: &Units, format: &Format, piece: &Piece, line: bool, block: u
 /// Whole steps from start to end.
 fn steps(piece: &Piece, axis: usize) -> i32 {
     let delta = piece.end[axis] - piece.start[axis];
-    // The range check of the curve keeps this below 2^28.
+    // The range check of the curve keeps this below 2^29, bulges of the curve included.
     (delta.unsigned_abs() >> 32) as i32
 }
 
 /// A straight piece.
 fn chord(format: &Format, piece: &Piece, delta: &AxisVec, measure: &Measure, block: u32) -> Built {
-    let length = sqrt(measure.dot(delta, delta));
+    const SHORTEST: f32 = LENGTH_MIN as f32 / (1_u64 << S_FRAC) as f32;
+    let other = measure.other();
+    let [mut length, rest] = [measure, &other].map(|m| sqrt(m.dot(delta, delta)));
+    let mut measure = measure;
+    if length < SHORTEST && rest > length {
+        // What moves at all is driven, whatever the control polygon is measured in.
+        (measure, length) = (&other, rest);
+    }
     let most = (0..AXES).map(|a| steps(piece, a)).max().unwrap_or(0);
     let parts = 1 + (most / TRAVEL_MAX).max((length * (1.0 / LENGTH_MAX)) as i32);
     let part = if parts > 1 {
@@ -182,7 +197,7 @@ fn axis(end: i64, a: [i64; 5], format: &Format, index: usize) -> Option<AxisCurv
         let shift = FRAC - bits;
         let c = (c + (1 << (shift - 1))) >> shift;
         // Sums of Horner's scheme stay below twice the largest of them.
-        if c.unsigned_abs() >= 1 << 30 {
+        if c.unsigned_abs() >= FINE_MAX as u64 {
             return None;
         }
         *fine = c as i32;
@@ -254,7 +269,7 @@ fn curve(
         // Also refuses NaN and infinity, which a vanishing end speed gives.
         let slope = |m: f32| {
             let most = m.abs() * length * scale < (TRAVEL_MAX as f32) * 8.0 * 4_294_967_296.0;
-            most.then(|| product(m * scale, length_q))
+            most.then(|| product(m * scale, length_q)).flatten()
         };
         let bend = |k: f32| {
             let h = k * (length * length) * (scale * (1 << (FRAC - 32)) as f32);
@@ -284,19 +299,15 @@ fn curve(
 }
 
 /// `m` (2^-32 steps per path unit) times a length in Q10.54, with [`FRAC`] fractional bits in steps: all bits of the float
-/// count, so that the slopes of neighbours of any length agree.
-fn product(m: f32, length: i64) -> i64 {
+/// count, so that the slopes of neighbours of any length agree. `None` for slopes so steep that the product has fewer bits.
+fn product(m: f32, length: i64) -> Option<i64> {
     let bits = m.to_bits();
     let mantissa = i64::from((bits & 0x7f_ffff) | 0x80_0000);
     // m = mantissa 2^(exponent - 150); the product has S_FRAC + 32 fractional bits and is wanted with FRAC.
     let shift = 150 + S_FRAC as i32 + 32 - FRAC as i32 - ((bits >> 23) & 0xff) as i32;
     let wide = i128::from(mantissa) * i128::from(length);
-    let size = (wide >> shift.clamp(0, 127)) as i64;
-    if bits >> 31 == 0 {
-        size
-    } else {
-        -size
-    }
+    let size = i64::try_from(wide >> u32::try_from(shift).ok()?.min(127)).ok()?;
+    Some(if bits >> 31 == 0 { size } else { -size })
 }
 
 /// Whether the quintics stay within [`PATH_TOLERANCE`] of the curve: in the middle, where they are furthest from it, what

@@ -49,7 +49,8 @@ const TINY: f32 = 2.0e-5;
 pub enum ArcError {
     /// The curve has a cusp or turns back on itself: its speed vanishes inside.
     Cusp,
-    /// A coordinate difference exceeds 2^28 steps.
+    /// A coordinate difference exceeds [`CURVE_MAX`](crate::envelope::CURVE_MAX), or a point
+    /// [`POSITION_MAX`](crate::envelope::POSITION_MAX).
     Range,
 }
 
@@ -122,7 +123,8 @@ impl ArcSplitter {
     /// Takes the next curve. The previous one must have been pulled empty.
     ///
     /// # Errors
-    /// [`ArcError::Range`] if a coordinate difference or slope exceeds 2^28 steps or is not finite.
+    /// [`ArcError::Range`] if a coordinate difference or slope exceeds [`CURVE_MAX`](crate::envelope::CURVE_MAX) steps or
+    /// axis units or is not finite, or a point of the hull [`POSITION_MAX`](crate::envelope::POSITION_MAX).
     pub fn push(
         &mut self,
         config: &Config,

@@ -4,6 +4,7 @@
 //! integers, and slopes and second derivatives there the same floats but for a power of two.
 
 use crate::config::{AxisKind, Config};
+use crate::envelope::{CURVE_MAX, POSITION_MAX};
 use crate::units::{sqrt, AxisVec, Steps, AXES};
 
 use super::super::HermiteSegment;
@@ -78,6 +79,16 @@ pub fn whole(x: f32) -> i64 {
     }
 }
 
+/// True for a position that may be driven, Q32.32 steps.
+fn in_range(position: i64) -> bool {
+    position.unsigned_abs() <= POSITION_MAX as u64
+}
+
+/// A point of a curve whose hull is in range: rounding of slopes alone could carry it out.
+fn limited(from: i64, by: i64) -> i64 {
+    from.saturating_add(by).clamp(-POSITION_MAX, POSITION_MAX)
+}
+
 /// A cubic P(u), 0 <= u <= 1.
 #[derive(Clone, Copy)]
 pub struct Piece {
@@ -95,9 +106,10 @@ impl Piece {
     /// The whole of `segment`.
     ///
     /// # Errors
-    /// [`ArcError::Range`] if a coordinate difference or slope exceeds 2^28 steps or is not finite.
+    /// [`ArcError::Range`] if a coordinate difference or slope exceeds [`CURVE_MAX`] steps or axis units or is not finite, or
+    /// if the hull of the curve exceeds [`POSITION_MAX`].
     pub fn new(units: &Units, segment: &HermiteSegment) -> Result<Self, ArcError> {
-        const LIMIT: i64 = 1 << (28 + 32);
+        const LIMIT: i64 = CURVE_MAX << 32;
         let mut piece = Self {
             start: segment.start.map(Steps::to_bits),
             end: segment.end.map(Steps::to_bits),
@@ -110,9 +122,17 @@ impl Piece {
             let delta = float(delta.ok_or(ArcError::Range)?) * units.unit[a];
             let [t0, t1] = [piece.slope[0][a], piece.slope[1][a]];
             // NaN is refused, too.
-            if !(t0.abs() * units.scale[a] < LIMIT as f32
-                && t1.abs() * units.scale[a] < LIMIT as f32)
-            {
+            let fits =
+                |x: f32| x.abs() * units.scale[a] < LIMIT as f32 && x.abs() < CURVE_MAX as f32;
+            if !(fits(t0) && fits(t1) && delta.abs() < CURVE_MAX as f32) {
+                return Err(ArcError::Range);
+            }
+            // Bezier points: a slope is three times the way to the next.
+            let next =
+                |from: i64, t: f32| from.checked_add(whole(t * units.scale[a] * (1.0 / 3.0)));
+            let (start, end) = (piece.start[a], piece.end[a]);
+            let hull = [Some(start), next(start, t0), next(end, -t1), Some(end)];
+            if !hull.iter().all(|point| point.is_some_and(in_range)) {
                 return Err(ArcError::Range);
             }
             piece.bend[0][a] = 6.0 * delta - 4.0 * t0 - 2.0 * t1;
@@ -136,9 +156,8 @@ impl Piece {
         for a in 0..AXES {
             let (t0, t1) = (self.slope[0][a], self.slope[1][a]);
             let (b0, b1) = (self.bend[0][a], self.bend[1][a]);
-            let middle = self.start[a]
-                + (self.end[a] - self.start[a]) / 2
-                + whole((t0 - t1) * 0.125 * units.scale[a]);
+            let between = self.start[a] + (self.end[a] - self.start[a]) / 2;
+            let middle = limited(between, whole((t0 - t1) * 0.125 * units.scale[a]));
             // dP/du at 1/2 is 3/2 delta - (t0 + t1) / 4; derivatives shrink with the parameter.
             let slope = 0.75 * delta[a] - 0.125 * (t0 + t1);
             let bend = 0.125 * (b0 + b1);
@@ -200,7 +219,7 @@ impl Piece {
             let far = u * (t0 + u * (b + u * c));
             let mut first = rest;
             for a in 0..AXES {
-                first.end[a] = self.start[a] + whole(far * along[a] * units.scale[a]);
+                first.end[a] = limited(self.start[a], whole(far * along[a] * units.scale[a]));
             }
             rest.start = first.end;
             // Cannot fail: two turning points at most.
