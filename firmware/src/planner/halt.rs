@@ -14,9 +14,6 @@ use crate::units::sqrt;
 
 const UNIT: f32 = (1_u128 << T_FRAC) as f32;
 
-/// Share of the acceleration at rest below which no limit falls: a curve may take all of it at speed.
-const LEAST: f32 = 0.02;
-
 /// Rounding of a braking distance, relative.
 const ROUNDING: f32 = 2.0e-5;
 
@@ -98,7 +95,7 @@ impl View<'_> {
             left = next.length;
             way += left;
         }
-        for (k, limits) in stages.iter_mut().enumerate() {
+        for limits in &mut stages {
             if limits.a >= FREE.a {
                 *limits = self.limits_at(index);
             }

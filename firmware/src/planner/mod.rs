@@ -379,7 +379,7 @@ impl<'a> Planner<'a> {
         if self.keep_slowing(config) {
             return true;
         }
-        if !self.cover(config, executed) {
+        if !self.cover(executed) {
             return false;
         }
         if self.change_tempo(config) {

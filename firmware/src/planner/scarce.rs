@@ -97,7 +97,7 @@ impl Planner<'_> {
     }
 
     /// Makes sure of a ceiling over what lies ahead; `false` if the motion has to wait for segments.
-    pub(super) fn cover(&mut self, config: &Config, executed: u32) -> bool {
+    pub(super) fn cover(&mut self, executed: u32) -> bool {
         if self.supply.underrun {
             return false;
         }
@@ -120,12 +120,12 @@ impl Planner<'_> {
         if self.supply.cut.is_none() && lead > LAST_MOMENT {
             return false;
         }
-        self.reach(config);
+        self.reach();
         true
     }
 
     /// The motion ends with what is known, for now.
-    fn reach(&mut self, config: &Config) {
+    fn reach(&mut self) {
         let known = self.known();
         let number = self.first.wrapping_add(known as u32);
         if self.supply.scarce {
