@@ -41,6 +41,9 @@ pub(super) const SLACK: f32 = 1.0 + 2.0e-6;
 /// What rounding may leave of a velocity or an acceleration of zero: path units per tick, per tick^2.
 pub(super) const FINE: i128 = 1 << (T_FRAC - 42);
 
+/// Velocity backwards that a release may end with: the rounding of three integer jerks.
+const BACKWARDS: f32 = (1_u32 << 26) as f32;
+
 pub(super) const UNIT: f32 = (1_u128 << T_FRAC) as f32;
 
 /// The window and the state at the end of what has been planned.
@@ -500,7 +503,6 @@ impl View<'_> {
     /// Runs `phases`; the state at their end and the node it lies in, or `None` if a limit breaks on the way.
     /// Does not go beyond node `last`.
     pub(super) fn follow(&self, phases: &Phases, last: usize) -> Option<(PathState, usize)> {
-        const CHUNK: u32 = 8;
         let jerk_scale = self.hz * self.hz * self.hz / UNIT;
         let mut state = self.state;
         let mut node = self.cursor;
@@ -511,19 +513,25 @@ impl View<'_> {
             }
             let mut left = ticks;
             while left > 0 {
-                let mut n = left.min(CHUNK);
+                let mut n = left;
                 let mut next = state.after(j, n)?;
+                let mut speeds = speeds(&state, &next, j);
                 if node < last && next.coordinate() > self.nodes.get(node).length_q {
-                    // Over joints tick by tick.
-                    n = 1;
+                    // As far as it surely stays inside; over the joint tick by tick.
+                    let rest = widen(self.nodes.get(node).length_q) - state.s;
+                    n = ((rest as f32 / speeds[1]) as u32).clamp(1, n);
                     next = state.after(j, n)?;
+                    if n > 1 && next.coordinate() > self.nodes.get(node).length_q {
+                        n = 1;
+                        next = state.after(j, n)?;
+                    }
+                    speeds = self::speeds(&state, &next, j);
                 }
                 left -= n;
-                let v = state.v.max(next.v) as f32 / UNIT * self.hz;
+                let v = speeds[1] / UNIT * self.hz;
                 let a = next.a.abs() as f32 / UNIT * self.hz * self.hz;
                 let here = self.nodes.get(node).limits;
-                // The release phase may undershoot standstill by the rounding of three integer jerks only.
-                if v > here.v * 1.0001 || a > here.a * 1.001 || next.v < -(1 << 26) {
+                if v > here.v * 1.0001 || a > here.a * 1.001 || speeds[0] < -BACKWARDS {
                     return None;
                 }
                 while node < last && next.coordinate() > self.nodes.get(node).length_q {
@@ -575,4 +583,16 @@ impl View<'_> {
     pub fn distance_to_stop(&self) -> Option<f32> {
         self.stop_ahead().map(|stop| stop.distance)
     }
+}
+
+/// Least and largest velocity while jerk `j` leads from one state to the other.
+fn speeds(from: &PathState, to: &PathState, j: i64) -> [f32; 2] {
+    let (low, high) = (from.v.min(to.v) as f32, from.v.max(to.v) as f32);
+    if from.a == 0 || to.a == 0 || (from.a < 0) == (to.a < 0) {
+        return [low, high];
+    }
+    // The acceleration changes its sign on the way: v0 - a0^2 / 2 j there.
+    let a = from.a as f32;
+    let extreme = from.v as f32 - a / (2.0 * j as f32) * a;
+    [low.min(extreme), high.max(extreme)]
 }
