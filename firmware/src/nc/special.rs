@@ -41,7 +41,8 @@ pub(super) fn other_feed(block: &Block, feed: f32) -> Result<f32, Fault> {
     if modal.speed <= 0.0 {
         return fault(&message::MISSING_SPEED);
     }
-    Ok(feed * modal.speed)
+    // Per minute first: what `F` in mm/min gives has few digits, too.
+    Ok(feed * 60.0 * modal.speed / 60.0)
 }
 
 impl Interpreter {
