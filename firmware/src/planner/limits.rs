@@ -12,7 +12,7 @@ use crate::units::{sqrt, AxisVec, AXES};
 const CURVATURE_SHARE: f32 = 0.7;
 /// Shares of an axis' jerk: change of curvature, curvature while accelerating, joints.
 const TORSION_SHARE: f32 = 0.3;
-const CROSS_SHARE: f32 = 0.2;
+const CROSS_SHARE: f32 = 0.3;
 const JOINT_SHARE: f32 = 0.3;
 /// A joint slower than this share of the feed becomes an exact stop.
 const STOP_SHARE: f32 = 0.02;
