@@ -36,6 +36,9 @@ const FITTINGS: u32 = 4;
 /// Excess over a velocity limit that counts as none.
 const SLACK: f32 = 1.002;
 
+/// The same where the motion does not slow down yet: what is predicted here is less than what braking does.
+const GAINING: f32 = 1.03;
+
 impl View<'_> {
     /// Limits while the motion gets from velocity `before` (units of [`PathState`]) in node `from` to the state.
     ///
@@ -90,8 +93,9 @@ impl View<'_> {
             let node = self.nodes.get(index);
             index += 1;
             let next = self.nodes.get(index);
-            // Only what already slows down is worth waiting for.
-            waits |= a < 0.0 && exit > SLACK * node.exit_v.min(next.limits.v);
+            // What already slows down is worth waiting for, and what will have to.
+            let slack = if a < 0.0 { SLACK } else { GAINING };
+            waits |= exit > slack * node.exit_v.min(next.limits.v);
             left = next.length;
             way += left;
         }

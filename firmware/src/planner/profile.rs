@@ -266,17 +266,13 @@ impl View<'_> {
         // The least jerk worth trying: keeps the velocity, or releases the acceleration.
         let low = (-limits.j).max(-start.a / time);
         let scale = UNIT / (self.hz * self.hz * self.hz);
-        let ok = |jerk: f32| {
-            self.probe(start, jerk, ticks).is_some_and(|m| self.safe(m))
-                && self
-                    .after((jerk * scale) as i64, ticks)
-                    .is_some_and(|view| view.has_refuge(MANOEUVRES))
+        let likely = |jerk: f32| self.probe(start, jerk, ticks).is_some_and(|m| self.safe(m));
+        let sure = |jerk: f32| {
+            self.after((jerk * scale) as i64, ticks)
+                .is_some_and(|view| view.has_refuge(MANOEUVRES))
         };
-        let jerk = if high >= low && ok(high) {
-            high
-        } else if high >= low && start.v >= limits.v * CRUISE && ok(low) {
-            low
-        } else if high >= low && start.a >= 0.0 && ok(low) {
+        let ok = |jerk: f32| likely(jerk) && sure(jerk);
+        let between = |ok: &dyn Fn(f32) -> bool| {
             let (mut good, mut bad) = (low, high);
             for _ in 0..12 {
                 let middle = 0.5 * (good + bad);
@@ -287,6 +283,19 @@ impl View<'_> {
                 }
             }
             good
+        };
+        let jerk = if high >= low && ok(high) {
+            high
+        } else if high >= low && start.v >= limits.v * CRUISE && ok(low) {
+            low
+        } else if high >= low && start.a >= 0.0 && ok(low) {
+            // A way to rest is looked for at the end first: that takes longer than all else.
+            let jerk = between(&likely);
+            if sure(jerk) {
+                jerk
+            } else {
+                between(&ok)
+            }
         } else {
             return Decision::Slow(self.slow_down());
         };
