@@ -10,7 +10,7 @@ use core::sync::atomic::Ordering::Acquire;
 
 use super::brake::{brake, slow, Phases};
 use super::limits::PathLimits;
-use super::profile::{View, MANOEUVRES, SLACK, UNIT};
+use super::profile::{View, SLACK, UNIT};
 use super::tempo::{Change, Request, Schedule, Tempo};
 use super::Planner;
 use crate::config::Config;
@@ -68,7 +68,7 @@ impl View<'_> {
         at.v <= limits.v * SLACK
             && at.a.abs() <= limits.a * SLACK
             && self.safe(at)
-            && self.has_refuge(MANOEUVRES)
+            && self.has_refuge(&at)
     }
 
     /// The least velocity allowed on the way that braking to it takes.
@@ -117,7 +117,7 @@ impl View<'_> {
                 .time
                 .map(|time| (libm::ceilf(time * self.hz) as u32).max(1));
             let phases = slow(&self.state, end, ticks)?;
-            let (state, node) = self.follow(&phases, self.last)?;
+            let (state, node) = self.run(&phases, self.last)?;
             (state.coordinate() <= self.nodes.get(node).length_q).then_some((phases, state, node))
         })
     }

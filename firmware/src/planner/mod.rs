@@ -6,10 +6,12 @@
 
 pub mod brake;
 mod change;
+mod course;
 mod halt;
 pub mod limits;
 pub mod nodes;
 pub mod profile;
+mod refuge;
 mod scarce;
 pub mod tempo;
 

@@ -6,7 +6,8 @@
 //! one. Where a programmed stop comes within reach, the rest of the way is solved to end exactly on it
 //! ([`super::brake::land`], [`super::brake::hop`]).
 
-use super::brake::{brake, hop, land, slow, Phases};
+use super::brake::{brake, hop, land, Phases};
+use super::course::Motion;
 use super::limits::PathLimits;
 use super::nodes::Nodes;
 use crate::interpolator::{widen, PathState, T_FRAC};
@@ -25,15 +26,6 @@ const NO_ACCELERATION: f32 = 1.0e-5;
 
 /// From this share of the velocity limit on the motion cruises: closing the rest would only dither.
 const CRUISE: f32 = 1.0 - 1.0e-5;
-
-/// Longest phase of a braking manoeuvre, ticks; checking one takes time in proportion.
-const MANOEUVRE_MAX: u32 = 8192;
-
-/// Velocity limits ahead that a braking manoeuvre is tried for.
-const TRIES: u32 = 3;
-
-/// Manoeuvres on a way to rest.
-pub(super) const MANOEUVRES: u32 = 2;
 
 /// Slack on velocity comparisons, relative.
 pub(super) const SLACK: f32 = 1.0 + 2.0e-6;
@@ -88,16 +80,6 @@ struct StopAhead {
     j: f32,
 }
 
-/// Motion in SI-like units.
-#[derive(Clone, Copy)]
-pub(super) struct Motion {
-    pub(super) node: usize,
-    /// Distance left in `node`.
-    pub(super) left: f32,
-    pub(super) v: f32,
-    pub(super) a: f32,
-}
-
 impl View<'_> {
     pub(super) fn motion(&self) -> Motion {
         let left = widen(self.nodes.get(self.cursor).length_q) - self.state.s;
@@ -111,7 +93,7 @@ impl View<'_> {
 
     /// Limits behind the joint at the end of node `index`; its own where the path stops there. What lies behind a
     /// stop may or may not have come yet, and must not be looked at.
-    fn beyond(&self, index: usize) -> PathLimits {
+    pub(super) fn beyond(&self, index: usize) -> PathLimits {
         let node = self.nodes.get(index);
         if node.stop || index + 1 >= self.end {
             node.limits
@@ -267,10 +249,7 @@ impl View<'_> {
         let low = (-limits.j).max(-start.a / time);
         let scale = UNIT / (self.hz * self.hz * self.hz);
         let likely = |jerk: f32| self.probe(start, jerk, ticks).is_some_and(|m| self.safe(m));
-        let sure = |jerk: f32| {
-            self.after((jerk * scale) as i64, ticks)
-                .is_some_and(|view| view.has_refuge(MANOEUVRES))
-        };
+        let sure = |jerk: f32| self.has_refuge(&self.advanced(&start, jerk, ticks));
         let ok = |jerk: f32| likely(jerk) && sure(jerk);
         let between = |ok: &dyn Fn(f32) -> bool| {
             let (mut good, mut bad) = (low, high);
@@ -300,159 +279,6 @@ impl View<'_> {
             return Decision::Slow(self.slow_down());
         };
         Decision::Go((jerk * scale) as i64, ticks)
-    }
-
-    /// Where `jerk` leads in `ticks`.
-    fn after(&self, jerk: i64, ticks: u32) -> Option<Self> {
-        let mut state = self.state.after(jerk, ticks)?;
-        let mut cursor = self.cursor;
-        while cursor + 1 < self.end
-            && !self.nodes.get(cursor).stop
-            && state.coordinate() >= self.nodes.get(cursor).length_q
-        {
-            state.s -= widen(self.nodes.get(cursor).length_q);
-            cursor += 1;
-        }
-        Some(View {
-            state,
-            cursor,
-            ..*self
-        })
-    }
-
-    /// Whether there is a way to rest that keeps every limit: straight on, or after at most `most` manoeuvres.
-    pub(super) fn has_refuge(&self, most: u32) -> bool {
-        self.halting().is_some() || (most > 0 && self.braking(most).is_some())
-    }
-
-    /// To rest straight on, if that keeps every limit.
-    fn halting(&self) -> Option<Phases> {
-        let (phases, _) = self.halt();
-        let last = self.end - 1;
-        let (end, node) = self.follow(&phases, last)?;
-        let fits = node < last || end.coordinate() <= self.nodes.get(node).length_q;
-        fits.then_some(phases)
-    }
-
-    /// A manoeuvre to zero acceleration from whose end there is a way to rest with `most` - 1 more at most: letting the
-    /// acceleration go; down to the velocity limit ahead that leaves the least room, or to one of the first; down to a share
-    /// of the velocity.
-    fn braking(&self, most: u32) -> Option<Phases> {
-        let at = self.motion();
-        let here = self.nodes.get(at.node).limits;
-        let (mut limit_a, mut limit_j) = (here.a, here.j);
-        let rising = at.a.max(0.0);
-        let peak = at.v + rising * rising / (2.0 * limit_j);
-        let to = |v: f32, a: f32, j: f32| self.manoeuvre(&at, v, a, j, most);
-        if self.state.a != 0 {
-            if let Some(phases) = to(peak.min(here.v), limit_a, limit_j) {
-                return Some(phases);
-            }
-        }
-        let mut distance = at.left;
-        let mut lowest = peak;
-        let mut tries = 0;
-        let mut tightest = None;
-        let mut room = f32::MAX;
-        for index in at.node..self.end {
-            let node = self.nodes.get(index);
-            let next = self.nodes.get(index + 1);
-            let cap = node.exit_v.min(next.limits.v);
-            if node.stop {
-                break;
-            }
-            if cap < lowest {
-                lowest = cap;
-                let left = distance - brake(at.v, at.a, cap, limit_a, limit_j).distance;
-                if left < room {
-                    room = left;
-                    tightest = Some((cap, limit_a, limit_j));
-                }
-                if tries < TRIES {
-                    tries += 1;
-                    if let Some(phases) = to(cap, limit_a, limit_j) {
-                        return Some(phases);
-                    }
-                }
-            }
-            if brake(at.v, at.a, 0.0, limit_a, limit_j).distance < distance {
-                break;
-            }
-            distance += next.length;
-            limit_a = limit_a.min(next.limits.a);
-            limit_j = limit_j.min(next.limits.j);
-        }
-        tightest.and_then(|(cap, a, j)| to(cap, a, j)).or_else(|| {
-            let shares = [0.9, 0.75, 0.5, 0.25].iter();
-            shares
-                .map(|share| share * at.v.min(lowest))
-                .find_map(|v| to(v, limit_a, limit_j))
-        })
-    }
-
-    /// How to slow down. Nothing is planned from which there is no way, but for what a change of the limits leaves.
-    fn slow_down(&self) -> Phases {
-        self.braking(MANOEUVRES)
-            .or_else(|| self.halting())
-            // Every way of braking begins by letting the acceleration go, with the jerk allowed here and
-            // beyond the next joint.
-            .or_else(|| {
-                let at = self.motion();
-                let here = self.nodes.get(at.node).limits;
-                let rising = at.a.max(0.0);
-                let j = here.j.min(self.beyond(at.node).j);
-                let peak = at.v + rising * rising / (2.0 * j);
-                let (phases, ..) = self.shape(&at, peak, here.a, j)?;
-                (rising > 0.0).then_some(phases)
-            })
-            .unwrap_or_else(|| self.halt().0)
-    }
-
-    /// Down to `to` and zero acceleration, if that keeps every limit on the way and there is a way to rest from there with
-    /// `most` - 1 manoeuvres.
-    fn manoeuvre(
-        &self,
-        at: &Motion,
-        to: f32,
-        limit_a: f32,
-        limit_j: f32,
-        most: u32,
-    ) -> Option<Phases> {
-        let (phases, state, cursor) = self.shape(at, to, limit_a, limit_j)?;
-        let view = View {
-            state,
-            cursor,
-            ..*self
-        };
-        (view.safe(view.motion()) && view.has_refuge(most - 1)).then_some(phases)
-    }
-
-    /// Phases down to `to` and zero acceleration that keep every limit on the way; the state and the node they
-    /// end in.
-    fn shape(
-        &self,
-        at: &Motion,
-        to: f32,
-        limit_a: f32,
-        limit_j: f32,
-    ) -> Option<(Phases, PathState, usize)> {
-        let time = brake(at.v, at.a, to, limit_a, limit_j).time;
-        let ticks = time.map(|t| libm::ceilf(t * self.hz) as u32);
-        let ticks = [ticks[0], ticks[1], ticks[2].max(1)];
-        if ticks.iter().any(|&n| n > MANOEUVRE_MAX) {
-            return None;
-        }
-        let target = (to / self.hz * UNIT) as i128;
-        let phases = if ticks[0] == 0 {
-            // Only the release is left; where that leads is given.
-            let a = self.state.a;
-            let n = i128::from(ticks[2]);
-            [(0, 0), (0, 0), (i64::try_from(-a / n).ok()?, ticks[2])]
-        } else {
-            slow(&self.state, target, ticks)?
-        };
-        let (end, node) = self.follow(&phases, self.end - 1)?;
-        Some((phases, end, node))
     }
 
     fn try_hop(&self, stop: &StopAhead) -> Option<Phases> {
@@ -501,7 +327,7 @@ impl View<'_> {
         ] {
             let ticks = [whole[0] + x, whole[1] + y, whole[2] + z];
             if let Some(phases) = land(&self.state, stop.distance_q, ticks) {
-                if self.follow(&phases, stop.index).is_some() {
+                if self.run(&phases, stop.index).is_some() {
                     return Some(phases);
                 }
             }
@@ -511,7 +337,7 @@ impl View<'_> {
 
     /// Runs `phases`; the state at their end and the node it lies in, or `None` if a limit breaks on the way.
     /// Does not go beyond node `last`.
-    pub(super) fn follow(&self, phases: &Phases, last: usize) -> Option<(PathState, usize)> {
+    pub(super) fn run(&self, phases: &Phases, last: usize) -> Option<(PathState, usize)> {
         let jerk_scale = self.hz * self.hz * self.hz / UNIT;
         let mut state = self.state;
         let mut node = self.cursor;
@@ -560,31 +386,6 @@ impl View<'_> {
             }
         }
         Some((state, node))
-    }
-
-    /// Phases that come to rest on the path as soon as the limits allow. Also returns the distance that takes.
-    #[must_use]
-    pub fn halt(&self) -> (Phases, f32) {
-        let m = self.motion();
-        let here = self.nodes.get(self.cursor).limits;
-        let (mut a, mut j) = (here.a, here.j);
-        let mut b = brake(m.v, m.a, 0.0, a, j);
-        let mut covered = m.left;
-        let mut index = self.cursor;
-        while covered < b.distance && !self.nodes.get(index).stop && index + 1 < self.end {
-            index += 1;
-            let node = self.nodes.get(index);
-            if node.limits.a < a || node.limits.j < j {
-                a = a.min(node.limits.a);
-                j = j.min(node.limits.j);
-                b = brake(m.v, m.a, 0.0, a, j);
-            }
-            covered += node.length;
-        }
-        let ticks = b.time.map(|t| libm::ceilf(t * self.hz) as u32);
-        let ticks = [ticks[0].max(1), ticks[1], ticks[2].max(1)];
-        let phases = slow(&self.state, 0, ticks).unwrap_or([(0, 0); 3]);
-        (phases, b.distance)
     }
 
     /// Distance to the nearest programmed stop in the window.

@@ -1,0 +1,183 @@
+//! Where phases of constant jerk lead, and whether they keep the limits of the nodes: predicted in `f32`.
+//!
+//! In: a [`Motion`] and [`Phases`](super::brake::Phases)-like jerks over whole ticks. Out: the motion at their end, or nothing
+//! where a limit breaks on the way. Sums over ticks in closed form, as [`PathState::after`](crate::interpolator::PathState::after)
+//! has them in integers; many of these predictions are made for each piece that is planned.
+
+use super::profile::View;
+
+/// Motion in SI-like units.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Motion {
+    /// Node it is in.
+    pub(super) node: usize,
+    /// Distance left in `node`, path units.
+    pub(super) left: f32,
+    /// Path units/s.
+    pub(super) v: f32,
+    /// Path units/s^2.
+    pub(super) a: f32,
+}
+
+impl Motion {
+    /// After `n` ticks of `h` seconds at `jerk`: with a += j, v += a, s += v per tick, sums of the numbers to n and of
+    /// their sums.
+    fn after(&self, jerk: f32, n: f32, h: f32) -> Self {
+        let step = jerk * h;
+        let half = 0.5 * h * (n + 1.0);
+        let third = (n + 2.0) * (1.0 / 3.0);
+        Self {
+            node: self.node,
+            left: self.left - h * n * (self.v + half * (self.a + step * third)),
+            v: self.v + n * (h * self.a + half * step),
+            a: self.a + step * n,
+        }
+    }
+
+    /// Least and largest velocity on the way to `to` at `jerk`.
+    fn speeds(&self, to: &Self, jerk: f32) -> [f32; 2] {
+        let (low, high) = (self.v.min(to.v), self.v.max(to.v));
+        if self.a * to.a >= 0.0 {
+            return [low, high];
+        }
+        // The acceleration changes its sign on the way: v - a^2 / 2 j there.
+        let extreme = self.v - 0.5 * self.a * self.a / jerk;
+        [low.min(extreme), high.max(extreme)]
+    }
+}
+
+/// Jerks over whole ticks.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Course {
+    /// Path units/s^3.
+    pub(super) jerk: [f32; 3],
+    /// How long each holds.
+    pub(super) ticks: [u32; 3],
+}
+
+impl Course {
+    /// From `at` to velocity `to` and zero acceleration in phases of `ticks`, the middle one without jerk: the two equations of
+    /// [`slow`](super::brake::slow).
+    pub(super) fn slowing(at: &Motion, to: f32, ticks: [u32; 3], h: f32) -> Option<Self> {
+        let n = ticks.map(|n| n as f32);
+        let sum = |n: f32| 0.5 * n * (n + 1.0);
+        // What a unit of jerk per tick adds to velocity at the end, in the first phase and in the last.
+        let (x, z) = (sum(n[0]) + n[0] * (n[1] + n[2]), sum(n[2]));
+        let d = n[0] * z - n[2] * x;
+        if d == 0.0 {
+            return None;
+        }
+        let (a, v) = (-at.a, (to - at.v) / h - at.a * (n[0] + n[1] + n[2]));
+        let per_tick = 1.0 / (h * d);
+        Some(Self {
+            jerk: [
+                (a * z - n[2] * v) * per_tick,
+                0.0,
+                (n[0] * v - a * x) * per_tick,
+            ],
+            ticks,
+        })
+    }
+
+    /// The acceleration of `at` let go in `ticks`.
+    pub(super) fn release(at: &Motion, ticks: u32, h: f32) -> Self {
+        Self {
+            jerk: [0.0, 0.0, -at.a / (h * ticks as f32)],
+            ticks: [0, 0, ticks],
+        }
+    }
+}
+
+/// What of a limit may be exceeded, relative.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Tolerance {
+    v: f32,
+    a: f32,
+    /// Velocity backwards, of that at the beginning.
+    back: f32,
+}
+
+/// For what is to come.
+pub(super) const PREDICTING: Tolerance = Tolerance {
+    v: 1.0001,
+    a: 1.001,
+    back: 1.0e-5,
+};
+
+/// For what has come: a little more, for the rounding of the prediction.
+pub(super) const TAKING: Tolerance = Tolerance {
+    v: 1.0002,
+    a: 1.0015,
+    back: 2.0e-5,
+};
+
+impl View<'_> {
+    /// Runs `course` from `from`; the motion at its end, or `None` if a limit breaks on the way. Does not go beyond node
+    /// `last`.
+    pub(super) fn follow(
+        &self,
+        from: &Motion,
+        course: &Course,
+        last: usize,
+        tolerance: Tolerance,
+    ) -> Option<Motion> {
+        let h = 1.0 / self.hz;
+        let mut at = *from;
+        let mut limits = self.nodes.get(at.node).limits;
+        let least = -tolerance.back * from.v;
+        for (&jerk, &ticks) in course.jerk.iter().zip(&course.ticks) {
+            if ticks > 0 && jerk.abs() > limits.j * tolerance.a {
+                return None;
+            }
+            let mut remaining = ticks;
+            while remaining > 0 {
+                let mut n = remaining;
+                let mut next = at.after(jerk, n as f32, h);
+                let mut speeds = at.speeds(&next, jerk);
+                if at.node < last && next.left < 0.0 {
+                    // As far as it surely stays inside; over the joint tick by tick.
+                    n = ((at.left * self.hz / speeds[1]) as u32).clamp(1, n);
+                    next = at.after(jerk, n as f32, h);
+                    if n > 1 && next.left < 0.0 {
+                        n = 1;
+                        next = at.after(jerk, 1.0, h);
+                    }
+                    speeds = at.speeds(&next, jerk);
+                }
+                remaining -= n;
+                let (v, a) = (speeds[1], next.a.abs());
+                if v > limits.v * tolerance.v || a > limits.a * tolerance.a || speeds[0] < least {
+                    return None;
+                }
+                while at.node < last && next.left < 0.0 {
+                    let node = self.nodes.get(next.node);
+                    let (exit, stop) = (node.exit_v, node.stop);
+                    next.node += 1;
+                    let inside = self.nodes.get(next.node);
+                    limits = inside.limits;
+                    next.left += inside.length;
+                    if stop
+                        || v > exit.min(limits.v) * tolerance.v
+                        || a > limits.a * tolerance.a
+                        || jerk.abs() > limits.j * tolerance.a
+                    {
+                        return None;
+                    }
+                    at.node = next.node;
+                }
+                at = next;
+            }
+        }
+        Some(at)
+    }
+
+    /// Where `jerk` leads from `from` in `ticks`, whatever the limits.
+    pub(super) fn advanced(&self, from: &Motion, jerk: f32, ticks: u32) -> Motion {
+        let mut at = from.after(jerk, ticks as f32, 1.0 / self.hz);
+        while at.left < 0.0 && at.node + 1 < self.end && !self.nodes.get(at.node).stop {
+            at.node += 1;
+            at.left += self.nodes.get(at.node).length;
+        }
+        at
+    }
+}
