@@ -23,7 +23,9 @@ pub struct Template {
 }
 
 impl Template {
-    fn new(name: &'static str, text: String) -> Self {
+    /// A program in the words of the Sinumerik.
+    #[must_use]
+    pub fn new(name: &'static str, text: String) -> Self {
         Self {
             name,
             fanuc: false,
