@@ -2,13 +2,13 @@
 //! ([`whole_product_tests::feed`] says how both are found out).
 
 use proptest::prelude::*;
-use whole_product_tests::campaign::{cases, ran_on};
+use whole_product_tests::campaign::{cases, machine, ran_on};
 use whole_product_tests::examples;
 use whole_product_tests::feed::ideal::Ideal;
 use whole_product_tests::feed::programs::{arcs, held, nurbs, sinumerik, uneven_akima, Template};
 use whole_product_tests::feed::{fluctuation, Fluctuation};
 use whole_product_tests::generate;
-use whole_product_tests::oracle::path::path;
+use whole_product_tests::oracle::path::{path, path_on};
 use whole_product_tests::oracle::read::Setup;
 
 /// What is promised, from 30 mm/min up.
@@ -143,8 +143,8 @@ fn random_is_constant(text: &str, mode: &str, by: f64) -> Result<(), TestCaseErr
         .replace("SOFT", mode)
         .replace("BRISK", mode);
     let run = ran_on(&setup, &text).map_err(TestCaseError::fail)?;
-    let config = whole_product_tests::campaign::machine(&setup);
-    let curves = whole_product_tests::oracle::path::path_on(&setup, &text);
+    let config = machine(&setup);
+    let curves = path_on(&setup, &text);
     let found = fluctuation(&config, &run, &Ideal::new(&config, &curves, 1.0));
     if std::env::var_os("PENTASPLINE_CASES").is_some() {
         println!("{:.1e}, {} of {}", found.worst, found.judged, found.moving);
