@@ -41,6 +41,12 @@ pub const EXIT_CODE_HELP: &str =
 7 waiting for cycle start (M0, M1 or hold), 8 bound on simulated time reached, \
 9 a count of `bench --check` is over its budget";
 
+impl From<std::io::Error> for Failure {
+    fn from(error: std::io::Error) -> Self {
+        Self::new(Exit::Io, Located::new(error.to_string()))
+    }
+}
+
 impl From<Exit> for process::ExitCode {
     fn from(exit: Exit) -> Self {
         Self::from(exit as u8)

@@ -33,6 +33,9 @@ Compilers differ. The file names the one its budgets were measured with. With an
 still says something, and a machine that cannot have the compiler named is no reason to look away. Budgets are lowered with the compiler
 they were measured with; to change it, delete the line `compiler` and all budgets, and run the command.
 
+Cost by program length is measured with `--scale`, which takes a minute. Instructions cannot be counted there in reasonable time, so
+`tests/tests/linear_cost.rs` holds what does not depend on the PC: heap, ticks and background calls.
+
 `stack_bytes` has no budget of its own: how deep interrupts nest depends on when bytes arrive. It is part of `ram_bytes`, where that is
 less than the 2 %.
 
@@ -71,7 +74,15 @@ pub fn page(report: &Report, budgets: &Budgets) -> String {
             "depends on the PC",
         ),
         (Group::Placement, "Placement of step edges", "nanoseconds"),
+        (
+            Group::Length,
+            "Cost by program length",
+            "us or KiB, depends on the PC",
+        ),
     ] {
+        if report.rows.iter().all(|row| row.group != group) {
+            continue;
+        }
         let _ = write!(
             text,
             "\n## {title}\n\n| key | value ({unit}) | goal | margin | budget | what |\n|---|---:|---:|---:|---:|---|\n"

@@ -23,6 +23,7 @@ pub mod markdown;
 pub mod meter;
 pub mod readme;
 pub mod report;
+pub mod scale;
 pub mod vectors;
 
 use image::ImageSize;
@@ -152,6 +153,8 @@ impl Images {
 pub struct Scope {
     /// Rows that depend on the PC.
     pub pc: bool,
+    /// Rows by program length, up to 10^6 blocks.
+    pub scale: bool,
 }
 
 /// Measures; says what it does next to `progress`.
@@ -180,6 +183,9 @@ pub fn measure(
     }
     progress("placement of step edges");
     placement(&machine, &mut report)?;
+    if scope.scale {
+        scale::measure(progress, &mut report)?;
+    }
     Ok(report)
 }
 

@@ -84,6 +84,20 @@ pub fn block(values: &BTreeMap<String, f64>, budgets: &Budgets) -> String {
          the simulator depend on the PC. All numbers, what each of them counts, why goals are missed and what comes next:\n\
          [docs/benchmarks.md](docs/benchmarks.md).\n"
     );
+    if let [Some(short), Some(long), Some(kib_short), Some(kib_long)] = [
+        "block_us_1e3",
+        "block_us_1e6",
+        "stream_kib_1e3",
+        "stream_kib_1e6",
+    ]
+    .map(|key| values.get(key).copied().map(shown))
+    {
+        let _ = write!(
+            text,
+            "\nCost grows with the number of blocks and not with how many there are in all: `check` takes {short} us per block of a program of\n\
+             10^3 blocks and {long} us per block of one of 10^6; core and feeder take {kib_short} KiB and {kib_long} KiB of memory for them.\n"
+        );
+    }
     text.push_str(END);
     text
 }

@@ -19,13 +19,15 @@ pub enum Group {
     Simulator,
     /// Where edges stand.
     Placement,
+    /// Cost by program length, on this PC.
+    Length,
 }
 
 impl Group {
     /// True if every run on every PC gives the same values, up to the stack (see [`Row::is_repeatable`]).
     #[must_use]
     pub fn is_repeatable(self) -> bool {
-        self != Self::Simulator
+        !matches!(self, Self::Simulator | Self::Length)
     }
 }
 

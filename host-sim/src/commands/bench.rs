@@ -7,7 +7,10 @@ use clap::Args;
 
 use crate::bench::budget::{self, Budgets};
 use crate::bench::report::Report;
+use crate::bench::scale::{self, Took};
 use crate::bench::{self, markdown, readme, report, BenchError, Images, Scope};
+use crate::cli::{CheckArgs, LanguageArgs};
+use crate::commands::check;
 use crate::diagnostics::{Exit, Failure, Located};
 
 /// Arguments of `bench`.
@@ -37,6 +40,15 @@ pub struct BenchArgs {
     /// Leave out the rows that depend on this PC.
     #[arg(long)]
     pub counts: bool,
+    /// Run programs of 10^3 to 10^6 blocks as well.
+    #[arg(long, conflicts_with = "counts")]
+    pub scale: bool,
+    /// Check this program and print what that took; for `--scale`.
+    #[arg(long, hide = true, value_name = "PROGRAM")]
+    pub measure_check: Option<PathBuf>,
+    /// Stream this many blocks and print what that took; for `--scale`.
+    #[arg(long, hide = true, value_name = "BLOCKS")]
+    pub measure_stream: Option<u32>,
 }
 
 /// Measures; the table goes to stdout, what is being done to stderr. Files asked for are written all the same when a
@@ -46,13 +58,20 @@ pub struct BenchArgs {
 /// Exit code 9 if a budget is exceeded, 6 if the emulator or an image fails, 5 if a file cannot be read or written, 2 if
 /// the budgets are not understood or are those of another compiler and must be lowered.
 pub fn bench(args: &BenchArgs) -> Result<Exit, Failure> {
+    if let Some(took) = one_length(args)? {
+        println!("{}", took.line());
+        return Ok(Exit::Success);
+    }
     let mut images = Images::find();
     if let Some(image) = &args.image {
         images.meter.clone_from(image);
     }
     let file = args.budgets.clone().unwrap_or_else(Budgets::default_file);
     let mut budgets = read_budgets(&file)?;
-    let scope = Scope { pc: !args.counts };
+    let scope = Scope {
+        pc: !args.counts,
+        scale: args.scale,
+    };
     let mut progress = |step: &str| eprintln!("bench: {step}");
     let measured = bench::measure(&images, scope, &mut progress).map_err(|e| failure(&e))?;
     if scope.pc && report::host_build() == "debug" {
@@ -82,9 +101,28 @@ pub fn bench(args: &BenchArgs) -> Result<Exit, Failure> {
         write_readme(path, &readme::block(&measured.values(), &budgets))?;
     }
     if args.check {
-        check(&measured, &budgets)?;
+        hold(&measured, &budgets)?;
     }
     Ok(Exit::Success)
+}
+
+/// What a process that `--scale` starts has to do, and what it took.
+fn one_length(args: &BenchArgs) -> Result<Option<Took>, Failure> {
+    if let Some(program) = &args.measure_check {
+        let check = CheckArgs {
+            program: program.clone(),
+            json: None,
+            machine: None,
+            language: LanguageArgs::default(),
+            max_time: f64::INFINITY,
+        };
+        return Took::by(|| check::check(&check).map(drop)).map(Some);
+    }
+    let stream = |blocks| Took::by(|| scale::stream(blocks));
+    args.measure_stream
+        .map(stream)
+        .transpose()
+        .map_err(|e| failure(&e))
 }
 
 fn read_budgets(file: &Path) -> Result<Budgets, Failure> {
@@ -110,7 +148,7 @@ fn write_readme(path: &Path, block: &str) -> Result<(), Failure> {
 }
 
 /// Compares with the budgets; says what can be lowered.
-fn check(measured: &Report, budgets: &Budgets) -> Result<(), Failure> {
+fn hold(measured: &Report, budgets: &Budgets) -> Result<(), Failure> {
     if budgets.slack(&measured.compiler) > budget::SLACK {
         eprintln!(
             "bench: WARNING: the budgets were measured with `{}`, these images come from `{}`: {:.0} % are allowed instead of {:.0} %",
