@@ -115,14 +115,13 @@ impl<'p> Feeder<'p> {
             }
             (self.sent_of_next, free.min(whole - self.sent_of_next))
         };
-        let piece: Vec<u8> = line
-            .iter()
-            .copied()
-            .chain(std::iter::once(b'\n'))
-            .skip(from)
-            .take(len)
-            .collect();
-        self.sent_of_next = from + len;
+        let end = from + len;
+        let mut piece = Vec::with_capacity(len);
+        piece.extend_from_slice(&line[from..end.min(line.len())]);
+        if end == whole {
+            piece.push(b'\n');
+        }
+        self.sent_of_next = end;
         if self.sent_of_next == whole {
             self.in_flight.push_back(whole);
             self.bytes_in_flight += whole;

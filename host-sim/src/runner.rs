@@ -146,6 +146,7 @@ pub fn run_lines<'p>(
     let mut clock = Clock::new();
     let mut progress = Progress::default();
     let mut background_calls = 0;
+    let mut answered = 0;
     // After an error the machine is at rest only if nothing that waits for more text can still begin to move.
     let settle = config.starve_ticks.saturating_add(config.servo_hz / 100);
     let patience = (config.servo_hz / 10).max(1);
@@ -198,7 +199,10 @@ pub fn run_lines<'p>(
             }
         }
         background_calls += u64::from(polls);
-        observer.progress(feeder.answered());
+        if feeder.answered() != answered {
+            answered = feeder.answered();
+            observer.progress(answered);
+        }
 
         if polls >= POLLS_MAX {
             break End::Stuck;

@@ -8,7 +8,6 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
-use std::time::Instant;
 
 use pentaspline::machine::Sample;
 use pentaspline::stepgen::StepFrame;
@@ -37,7 +36,7 @@ const TOOK: &str = "took";
 /// What a process took.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Took {
-    /// Wall-clock time, s.
+    /// Time on a processor, s: what else the PC does counts little.
     pub seconds: f64,
     /// Peak of resident memory, KiB.
     pub peak_kib: f64,
@@ -49,9 +48,9 @@ impl Took {
     /// # Errors
     /// Those of `work`, or if the kernel does not say.
     pub fn by<E: From<io::Error>>(work: impl FnOnce() -> Result<(), E>) -> Result<Self, E> {
-        let start = Instant::now();
+        let start = processor_ns()?;
         work()?;
-        let seconds = start.elapsed().as_secs_f64();
+        let seconds = (processor_ns()? - start) / 1e9;
         let status = fs::read_to_string("/proc/self/status")?;
         let peak = status
             .lines()
@@ -75,6 +74,13 @@ impl Took {
             peak_kib: words.next()?.parse().ok()?,
         })
     }
+}
+
+/// Time this thread has spent on a processor, ns (first number of `schedstat`, Linux' `Documentation/scheduler/sched-stats.rst`).
+fn processor_ns() -> io::Result<f64> {
+    let text = fs::read_to_string("/proc/thread-self/schedstat")?;
+    let ns = text.split(' ').next().and_then(|word| word.parse().ok());
+    ns.ok_or_else(|| io::Error::other("/proc/thread-self/schedstat has no time"))
 }
 
 /// Looks as `check` does.
@@ -190,7 +196,7 @@ pub fn measure(progress: &mut dyn FnMut(&str), report: &mut Report) -> Result<()
             &format!("block_us_{name}"),
             check.seconds * 1e6 / f64::from(*blocks),
             "us",
-            &format!("time of `check` per block, {blocks} blocks of a C-spline, 0.5 mm apart at 200 mm/s; depends on the PC"),
+            &format!("processor time of `check` per block, {blocks} blocks of a C-spline, 0.5 mm apart at 200 mm/s; depends on the PC"),
         );
     }
     for (blocks, name, check, _) in &rows {
