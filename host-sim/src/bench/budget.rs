@@ -278,10 +278,8 @@ mod tests {
     use super::*;
 
     fn report(rows: &[(&str, f64)]) -> Report {
-        let mut report = Report {
-            compiler: "one".to_owned(),
-            ..Report::default()
-        };
+        let mut report = Report::default();
+        "one".clone_into(&mut report.compiler);
         for &(key, value) in rows {
             report.add(key, value, "instructions", "");
         }

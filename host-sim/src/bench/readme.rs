@@ -94,8 +94,9 @@ pub fn block(values: &BTreeMap<String, f64>, budgets: &Budgets) -> String {
     {
         let _ = write!(
             text,
-            "\nCost grows with the number of blocks and not with how many there are in all: `check` takes {short} us per block of a program of\n\
-             10^3 blocks and {long} us per block of one of 10^6; core and feeder take {kib_short} KiB and {kib_long} KiB of memory for them.\n"
+            "\nTime grows linearly with the program, and memory does not grow with it: `check` takes {short} us per block of a program of\n\
+             10^3 blocks and {long} us per block of one of 10^6; core and feeder take {kib_short} KiB and {kib_long} KiB of memory for them\n\
+             (the simulator keeps the text as well).\n"
         );
     }
     text.push_str(END);
