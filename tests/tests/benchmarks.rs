@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use host_sim::bench::budget::{Budgets, SLACK};
+use host_sim::bench::markdown;
 use host_sim::bench::readme;
 use host_sim::bench::report::shown;
 
@@ -62,6 +63,11 @@ fn the_readme_says_what_was_measured() {
 
 #[test]
 fn the_page_says_what_was_measured() {
+    let page = file("docs/benchmarks.md");
+    assert!(
+        page.starts_with(markdown::HEAD),
+        "docs/benchmarks.md is stale"
+    );
     let (values, rows, budgets) = (values(), rows(), budgets());
     let keys = |map: Vec<&String>| map.into_iter().cloned().collect::<Vec<_>>();
     assert_eq!(

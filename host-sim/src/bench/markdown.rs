@@ -6,7 +6,8 @@ use super::budget::Budgets;
 use super::readme::ratio;
 use super::report::{shown, Group, Report};
 
-const HEAD: &str = "\
+/// What stands before the numbers.
+pub const HEAD: &str = "\
 # Benchmarks
 
 This page is written by a program; edit `host-sim/src/bench/markdown.rs`, not this file.
