@@ -16,9 +16,6 @@ const TRIES: u32 = 3;
 /// Manoeuvres on a way to rest.
 const MANOEUVRES: u32 = 2;
 
-/// What rounding may put a halt behind the end of the window, of its distance.
-const ROUNDING: f32 = 1.0e-6;
-
 /// Down to a velocity.
 #[derive(Clone, Copy)]
 struct Manoeuvre {
@@ -83,7 +80,7 @@ impl View<'_> {
         let halt = self.halt(at);
         let last = self.end - 1;
         let end = self.follow(at, &halt.course, last, tolerance)?;
-        let fits = end.node < last || end.left >= -ROUNDING * self.nodes.get(last).length;
+        let fits = end.node < last || end.left >= 0.0;
         fits.then_some(halt)
     }
 
