@@ -8,17 +8,18 @@
 
 use core::sync::atomic::Ordering::Acquire;
 
-use super::brake::{brake, slow, Phases};
+use super::brake::{brake, slow, Grip, Phases};
+use super::course::{Motion, TAKING};
 use super::limits::PathLimits;
 use super::profile::{View, SLACK, UNIT};
 use super::tempo::{Change, Request, Schedule, Tempo};
 use super::Planner;
 use crate::config::Config;
-use crate::interpolator::{PathState, PieceEnd};
+use crate::interpolator::PieceEnd;
 use crate::machine::Event;
 
 /// Shares of the limits a slowing down is tried with: whole ticks and joints on the way take some.
-const SHARES: [f32; 3] = [0.97, 0.85, 0.6];
+const SHARES: [f32; 4] = [0.97, 0.85, 0.6, 0.4];
 
 /// Shares of the velocity the new tempo allows here that are tried to slow down to. Zero is rest, and always safe.
 const TARGETS: [f32; 3] = [1.0, 0.6, 0.0];
@@ -61,14 +62,10 @@ impl Pace {
 }
 
 impl View<'_> {
-    /// True if the motion can go on from here within the limits of the nodes.
-    fn is_settled(&self) -> bool {
-        let at = self.motion();
-        let limits = self.nodes.get(at.node).limits;
-        at.v <= limits.v * SLACK
-            && at.a.abs() <= limits.a * SLACK
-            && self.safe(at)
-            && self.has_refuge(&at)
+    /// True if the motion can go on from `at` within the limits of the nodes.
+    fn is_settled(&self, at: &Motion) -> bool {
+        let limits = &self.nodes.get(at.node).limits;
+        at.v <= limits.v * SLACK && limits.keeps([at.v, at.a, 0.0], SLACK) && self.has_refuge(at)
     }
 
     /// The least velocity allowed on the way that braking to it takes.
@@ -78,8 +75,8 @@ impl View<'_> {
         let mut left = at.left;
         let mut index = at.node;
         while index < self.last {
-            let PathLimits { a, j, .. } = self.nodes.get(index).limits;
-            if !(a > 0.0) || left > 1.2 * brake(at.v, at.a, v.min(at.v), a, j).distance {
+            let PathLimits { a, j } = self.nodes.get(index).limits.at(at.v);
+            if !(a > 0.0) || left > 1.2 * brake(at.v, at.a, v.min(at.v), Grip::even(a, j)).distance {
                 break;
             }
             index += 1;
@@ -90,35 +87,20 @@ impl View<'_> {
         v.min(at.v)
     }
 
-    /// Phases that slow down to `to` (path units/s), with the state at their end and the node it lies in. `None` if the
-    /// limits of the nodes do not let it.
-    fn slow_to(&self, to: f32) -> Option<(Phases, PathState, usize)> {
+    /// Phases that slow down to `to` (path units/s), with the motion at their end. `None` if the limits of the nodes do not
+    /// let it.
+    fn slow_to(&self, to: f32) -> Option<(Phases, Motion)> {
         let at = self.motion();
         let end = (f64::from(to) / f64::from(self.hz) * f64::from(UNIT)) as i128;
+        let here = self.grip(&at);
         SHARES.iter().find_map(|share| {
-            let mut index = at.node;
-            let mut covered = at.left;
-            let (mut a, mut j) = (f32::MAX, f32::MAX);
-            let needed = loop {
-                let node = self.nodes.get(index);
-                a = a.min(share * node.limits.a);
-                j = j.min(share * node.limits.j);
-                if !(a > 0.0 && j > 0.0) {
-                    return None;
-                }
-                let needed = brake(at.v, at.a, to, a, j);
-                if covered >= needed.distance || index >= self.last {
-                    break needed;
-                }
-                index += 1;
-                covered += self.nodes.get(index).length;
-            };
+            let needed = brake(at.v, at.a, to, here.share(*share));
             let ticks = needed
                 .time
                 .map(|time| (libm::ceilf(time * self.hz) as u32).max(1));
             let phases = slow(&self.state, end, ticks)?;
-            let (state, node) = self.run(&phases, self.last)?;
-            (state.coordinate() <= self.nodes.get(node).length_q).then_some((phases, state, node))
+            let there = self.follow(&at, &self.course(&phases), self.last, TAKING)?;
+            (there.left >= 0.0).then_some((phases, there))
         })
     }
 }
@@ -199,6 +181,11 @@ impl Planner<'_> {
         self.pace = Pace::NEW;
     }
 
+    /// Forgets a slowing down: something better has been found.
+    pub(super) fn forget_slowing(&mut self) {
+        self.pace.slowing = None;
+    }
+
     /// Forgets a slowing down: the state is another one now, and at rest.
     pub(super) fn drop_slowing(&mut self) {
         self.pace.slowing = None;
@@ -214,7 +201,7 @@ impl Planner<'_> {
             self.pace.again = self.planned.wrapping_add(AGAIN);
             self.replan(config);
         }
-        self.run_slowing(config)
+        self.settled_wish() != self.pace.now && self.run_slowing(config)
     }
 
     /// The tempo there will be if nothing else is planned.
@@ -228,7 +215,9 @@ impl Planner<'_> {
         let Pace { now, wanted, .. } = self.pace;
         self.set_tempo(&wanted, self.cursor);
         let rests = self.state.v == 0 && self.state.a == 0;
-        if rests || (!wanted.is_barred() && self.view(config).is_settled()) {
+        let view = self.view(config);
+        let settled = !wanted.is_barred() && view.is_settled(&view.motion());
+        if rests || settled {
             self.pace.now = wanted;
             self.pace.slowing = None;
             return;
@@ -239,16 +228,11 @@ impl Planner<'_> {
                 continue;
             }
             self.set_tempo(&now, self.cursor);
-            let Some((phases, state, node)) = self.view(config).slow_to(share * allowed) else {
+            let Some((phases, there)) = self.view(config).slow_to(share * allowed) else {
                 continue;
             };
-            self.set_tempo(&wanted, node);
-            let there = View {
-                state,
-                cursor: node,
-                ..self.view(config)
-            };
-            if share == 0.0 || there.is_settled() {
+            self.set_tempo(&wanted, there.node);
+            if share == 0.0 || self.view(config).is_settled(&there) {
                 self.pace.slowing = Some(Slowing {
                     phases,
                     then: wanted,
@@ -268,13 +252,20 @@ impl Planner<'_> {
         self.run_slowing(config);
     }
 
-    /// Goes on with a slowing down to the tempo that is still wanted; `true` if there is one.
+    /// Goes on with a slowing down to a tempo that is still wanted and not in force yet; `true` if there is one.
     pub(super) fn keep_slowing(&mut self, config: &Config) -> bool {
-        self.settled_wish() == self.pace.wanted && self.run_slowing(config)
+        let wish = self.settled_wish();
+        wish == self.pace.wanted && wish != self.pace.now && self.run_slowing(config)
+    }
+
+    /// What is left of the phase that the motion slows down in at the tempo in force.
+    pub(super) fn begun(&self) -> Option<(i64, u32)> {
+        let slowing = self.pace.slowing.as_ref()?;
+        slowing.phases.iter().find(|phase| phase.1 > 0).copied()
     }
 
     /// Plans the next piece of a slowing down, if there is one.
-    fn run_slowing(&mut self, config: &Config) -> bool {
+    pub(super) fn run_slowing(&mut self, config: &Config) -> bool {
         let Some(mut slowing) = self.pace.slowing else {
             return false;
         };

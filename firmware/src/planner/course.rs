@@ -88,6 +88,9 @@ impl Course {
     }
 }
 
+/// Ticks within one node from which on the middle of a step is looked at, too.
+const LONG: u32 = 6;
+
 /// What of a limit may be exceeded, relative.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Tolerance {
@@ -123,10 +126,13 @@ impl View<'_> {
     ) -> Option<Motion> {
         let h = 1.0 / self.hz;
         let mut at = *from;
-        let mut limits = self.nodes.get(at.node).limits;
         let least = -tolerance.back * from.v;
         for (&jerk, &ticks) in course.jerk.iter().zip(&course.ticks) {
-            if ticks > 0 && jerk.abs() > limits.j * tolerance.a {
+            let begins = |at: &Motion| {
+                let limits = &self.nodes.get(at.node).limits;
+                limits.keeps([at.v.max(0.0), at.a, jerk], tolerance.a)
+            };
+            if ticks > 0 && !begins(&at) {
                 return None;
             }
             let mut remaining = ticks;
@@ -145,39 +151,36 @@ impl View<'_> {
                     speeds = at.speeds(&next, jerk);
                 }
                 remaining -= n;
-                let (v, a) = (speeds[1], next.a.abs());
-                if v > limits.v * tolerance.v || a > limits.a * tolerance.a || speeds[0] < least {
+                let v = speeds[1];
+                let limits = &self.nodes.get(at.node).limits;
+                if v > limits.v * tolerance.v
+                    || speeds[0] < least
+                    || !limits.keeps([next.v.max(0.0), next.a, jerk], tolerance.a)
+                {
                     return None;
                 }
-                while at.node < last && next.left < 0.0 {
+                if n > LONG {
+                    let middle = at.after(jerk, (n / 2) as f32, h);
+                    if !limits.keeps([middle.v.max(0.0), middle.a, jerk], tolerance.a) {
+                        return None;
+                    }
+                }
+                while next.node < last && next.left < 0.0 {
                     let node = self.nodes.get(next.node);
                     let (exit, stop) = (node.exit_v, node.stop);
                     next.node += 1;
                     let inside = self.nodes.get(next.node);
-                    limits = inside.limits;
                     next.left += inside.length;
                     if stop
-                        || v > exit.min(limits.v) * tolerance.v
-                        || a > limits.a * tolerance.a
-                        || jerk.abs() > limits.j * tolerance.a
+                        || v > exit.min(inside.limits.v) * tolerance.v
+                        || !begins(&next)
                     {
                         return None;
                     }
-                    at.node = next.node;
                 }
                 at = next;
             }
         }
         Some(at)
-    }
-
-    /// Where `jerk` leads from `from` in `ticks`, whatever the limits.
-    pub(super) fn advanced(&self, from: &Motion, jerk: f32, ticks: u32) -> Motion {
-        let mut at = from.after(jerk, ticks as f32, 1.0 / self.hz);
-        while at.left < 0.0 && at.node + 1 < self.end && !self.nodes.get(at.node).stop {
-            at.node += 1;
-            at.left += self.nodes.get(at.node).length;
-        }
-        at
     }
 }

@@ -3,7 +3,7 @@
 //! In: the planned state and the nodes ahead of it. Out: one deceleration and one jerk that every node allows from here
 //! to where braking with them ends.
 
-use super::brake::{brake, Brake};
+use super::brake::{brake, Brake, Grip};
 use super::limits::PathLimits;
 use super::profile::View;
 use crate::interpolator::braking::{
@@ -13,6 +13,9 @@ use crate::interpolator::{widen, PathState, T_FRAC};
 use crate::units::sqrt;
 
 const UNIT: f32 = (1_u128 << T_FRAC) as f32;
+
+/// Share of the acceleration at rest below which no limit falls: a curve may take all of it at speed.
+const LEAST: f32 = 0.02;
 
 /// Rounding of a braking distance, relative.
 const ROUNDING: f32 = 2.0e-5;
@@ -25,7 +28,6 @@ const NEAR: f32 = 1.1;
 
 /// No limit yet.
 const FREE: PathLimits = PathLimits {
-    v: f32::MAX,
     a: f32::MAX,
     j: f32::MAX,
 };
@@ -53,11 +55,11 @@ impl View<'_> {
         let v = self.state.v as f32 * scale - 0.5 * a / self.hz;
         let way = widen(self.nodes.get(self.cursor).length_q) - self.state.s + self.state.v;
         let mut way = way as f32 / UNIT;
-        let start = self.limits_at(from);
+        let start = self.limits_at(from, v.max(before as f32 * scale));
         let highest = v.max(before as f32 * scale) + a.max(0.0) * a.max(0.0) / (2.0 * start.j);
-        let mut first = self.limits_at(from);
+        let mut first = self.limits_at(from, highest);
         for index in from + 1..=self.cursor {
-            first = least(first, self.limits_at(index));
+            first = first.least(self.limits_at(index, highest));
         }
         // What already slows down does not have to do so less.
         first.a = first.a.max(-a);
@@ -74,7 +76,7 @@ impl View<'_> {
             late = (-braked).max(0.0);
             let entry = sqrt(square);
             let now = (0..STAGES).rev().find(|&k| entry <= SHARES[k] * highest);
-            let here = least(stages[now.unwrap_or(0)], self.limits_at(index));
+            let here = stages[now.unwrap_or(0)].least(self.limits_at(index, entry));
             square -= 2.0 * here.a.min(free) * braked.max(0.0);
             let exit = sqrt(square.max(0.0));
             for (k, limits) in stages.iter_mut().enumerate() {
@@ -84,7 +86,7 @@ impl View<'_> {
                     .get(k + 1)
                     .map_or(0.0, |share| share * highest / NEAR);
                 if entry >= low && exit <= high {
-                    *limits = least(*limits, self.limits_at(index));
+                    *limits = limits.least(self.limits_at(index, entry.min(high)));
                 }
             }
             if square <= 0.0 || index >= self.last {
@@ -99,19 +101,19 @@ impl View<'_> {
             left = next.length;
             way += left;
         }
-        for limits in &mut stages {
+        for (k, limits) in stages.iter_mut().enumerate() {
             if limits.a >= FREE.a {
-                *limits = self.limits_at(index);
+                *limits = self.limits_at(index, SHARES[k] * highest);
             }
         }
         // Limits rise from stage to stage, so that the motion fits the next one whenever it comes.
         for k in (0..STAGES - 1).rev() {
-            stages[k] = least(stages[k], stages[k + 1]);
+            stages[k] = stages[k].least(stages[k + 1]);
         }
         stages[0].a = stages[0].a.max(-a);
         if index >= self.last && way > 0.0 {
             for _ in 0..FITTINGS {
-                let halt = brake(v, a, 0.0, stages[0].a, stages[0].j);
+                let halt = brake(v, a, 0.0, Grip::even(stages[0].a, stages[0].j));
                 let room = self.room(&halt, stages[0].j);
                 if room <= way {
                     break;
@@ -148,8 +150,8 @@ impl View<'_> {
             j = j.max(jerk.saturating_abs());
         }
         let v = v as f32 / UNIT * self.hz;
-        let all = (self.cursor..=self.last).map(|index| self.limits_at(index));
-        let mut limits = all.reduce(least).unwrap_or(PathLimits::NONE);
+        let all = (self.cursor..=self.last).map(|index| self.limits_at(index, v));
+        let mut limits = all.reduce(PathLimits::least).unwrap_or(PathLimits { a: 0.0, j: 0.0 });
         limits.a = limits.a.max(a as f32 / UNIT * self.hz * self.hz);
         limits.j = limits.j.max(j as f32 / UNIT * self.hz * self.hz * self.hz);
         BrakeLimits {
@@ -165,26 +167,24 @@ impl View<'_> {
         halt.distance * (1.0 + ROUNDING) + 0.5 * time * j / (self.hz * self.hz)
     }
 
-    fn limits_at(&self, index: usize) -> PathLimits {
-        self.nodes.get(index).limits
+    fn limits_at(&self, index: usize, v: f32) -> PathLimits {
+        let limits = &self.nodes.get(index).limits;
+        let PathLimits { a, j } = limits.at(v);
+        let still = limits.acceleration(0.0);
+        PathLimits {
+            a: a.max(LEAST * still.down.min(still.up)),
+            j,
+        }
     }
 
     fn in_units(&self, limits: PathLimits, v: f32) -> BrakeStage {
         let units = |x: f32, bits: u32| (x * (1_u64 << bits) as f32) as u32;
-        let PathLimits { a, j, .. } = limits;
+        let PathLimits { a, j } = limits;
         let tick = 1.0 / self.hz;
         BrakeStage {
             v: units(v * tick, STAGE_V_FRAC),
             a: units(a * tick * tick, STAGE_A_FRAC),
             j: units(j * tick * tick * tick, STAGE_J_FRAC),
         }
-    }
-}
-
-fn least(x: PathLimits, y: PathLimits) -> PathLimits {
-    PathLimits {
-        v: x.v.min(y.v),
-        a: x.a.min(y.a),
-        j: x.j.min(y.j),
     }
 }

@@ -13,6 +13,7 @@ pub mod nodes;
 pub mod profile;
 mod refuge;
 mod scarce;
+pub mod span;
 pub mod tempo;
 
 use core::sync::atomic::Ordering::{Acquire, Relaxed, Release};
@@ -26,11 +27,11 @@ use crate::machine::shared::Shared;
 use crate::machine::Event;
 use crate::units::Position;
 use change::Pace;
-use limits::{joint, path_limits, Joint, JointCost};
+use limits::{joint, velocity_limit, CurveLimits, Joint};
 use nodes::{Node, Nodes};
 use profile::{Decision, View, LOOK_AHEAD};
 use scarce::Supply;
-use tempo::{Passing, Request, Schedule, Tempo, FEED_MAX};
+use tempo::{Request, Schedule, Tempo, FEED_MAX};
 
 /// Ticks planned ahead of the interrupt. Covers the longest stretch of background work between two calls.
 pub const LEAD_TICKS: u32 = 100;
@@ -197,15 +198,7 @@ impl<'a> Planner<'a> {
             block: segment.block,
             shape: *shape,
             order,
-            curve_v: path_limits(
-                config,
-                shape,
-                length_of(segment.length),
-                f32::INFINITY,
-                order.soft,
-                &[JointCost::default(); 2],
-            )
-            .v,
+            curve_v: velocity_limit(config, shape, length_of(segment.length), order.soft),
             programmed_v: programmed(config, shape, order.feed),
             entry: Joints::STOP,
         };
@@ -234,16 +227,12 @@ impl<'a> Planner<'a> {
             programmed_v,
             entry,
         } = segment;
-        let length = length_of(*length_q);
-        let limits = |percent: u8, costs: &[JointCost; 2]| {
-            let v = segment.velocity(percent);
-            path_limits(config, shape, length, v, order.soft, costs)
-        };
-        let (before, after) = (&entry.programmed.cost, &joints.programmed.cost);
+        // A joint that is passed faster at a higher override takes more of the limits: set aside for good.
+        let costs = [entry.raised.cost, joints.raised.cost];
         let mut node = Node {
             length_q: *length_q,
-            length,
-            limits: limits(100, &[*before, *after]),
+            length: length_of(*length_q),
+            limits: CurveLimits::new(config, shape, segment.velocity(100), order.soft, &costs),
             exit_v: joints.programmed.v,
             stop: joints.programmed.v <= 0.0,
             brisk: !order.soft,
@@ -251,10 +240,7 @@ impl<'a> Planner<'a> {
             programmed_v: *programmed_v,
             rapid: !order.feed.is_finite(),
             raised: false,
-            other: Passing {
-                limits: limits(FEED_MAX, &[entry.raised.cost, joints.raised.cost]),
-                exit_v: joints.raised.v,
-            },
+            other_exit_v: joints.raised.v,
         };
         let tempo = self.tempo_now();
         if tempo != Tempo::PROGRAMMED {
@@ -387,14 +373,19 @@ impl<'a> Planner<'a> {
         if self.change_tempo(config) {
             return true;
         }
-        match self.view(config).decide() {
+        match self.view(config).decide(self.begun()) {
             Decision::Go(jerk, ticks) => {
+                self.forget_slowing();
                 self.emit(config, &[(jerk, ticks)], PieceEnd::Continue);
             }
             Decision::Slow(phases) => {
                 self.slow_down(config, &phases);
             }
+            Decision::GoOn => {
+                self.run_slowing(config);
+            }
             Decision::Land { phases, stop } => {
+                self.forget_slowing();
                 let number = self.first.wrapping_add(stop as u32);
                 self.lands(number);
                 self.emit(config, &phases, PieceEnd::StopAfter(number));

@@ -3,7 +3,7 @@
 //! In: a motion. Out: a [`Course`] down to a lower velocity at zero acceleration from whose end there is another way to
 //! rest, or straight to rest. Every state that is planned has one, so nothing that lies ahead can be run over.
 
-use super::brake::{brake, slow, Phases};
+use super::brake::{brake, slow, Grip, Phases};
 use super::course::{Course, Motion, Tolerance, PREDICTING, TAKING};
 use super::profile::{View, UNIT};
 
@@ -18,6 +18,9 @@ const MANOEUVRES: u32 = 2;
 
 /// What rounding may put a halt behind the end of the window, of its distance.
 const ROUNDING: f32 = 1.0e-6;
+
+/// Shares of the limits at its beginning that a manoeuvre is tried with: what lies ahead may allow less.
+const SHARES: [f32; 3] = [0.99, 0.75, 0.5];
 
 /// Down to a velocity.
 #[derive(Clone, Copy)]
@@ -44,22 +47,9 @@ impl View<'_> {
         let at = self.motion();
         self.braking(&at, MANOEUVRES, TAKING)
             .or_else(|| self.halting(&at, TAKING))
-            // Every way of braking begins by letting the acceleration go, with the jerk allowed here and
-            // beyond the next joint.
-            .or_else(|| self.letting_go(&at))
             .and_then(|manoeuvre| self.exactly(&manoeuvre))
-            .or_else(|| self.exactly(&self.halt(&at)))
+            .or_else(|| self.exactly(&self.shape(&at, 0.0, self.grip(&at))?))
             .unwrap_or([(0, 1); 3])
-    }
-
-    fn letting_go(&self, at: &Motion) -> Option<Manoeuvre> {
-        let here = self.nodes.get(at.node).limits;
-        let rising = at.a.max(0.0);
-        let j = here.j.min(self.beyond(at.node).j);
-        let peak = at.v + rising * rising / (2.0 * j);
-        let manoeuvre = self.shape(at, peak, here.a, j)?;
-        let kept = self.follow(at, &manoeuvre.course, self.end - 1, TAKING);
-        (rising > 0.0 && kept.is_some()).then_some(manoeuvre)
     }
 
     /// The phases of `manoeuvre` from the planned state in whole units of jerk.
@@ -78,29 +68,49 @@ impl View<'_> {
         slow(&self.state, to, ticks)
     }
 
+    /// What braking may do at `at`: jerk where the deceleration is built up, and where it is all there.
+    pub(super) fn grip(&self, at: &Motion) -> Grip {
+        self.grip_of(at.node, at.v, at.a)
+    }
+
+    fn grip_of(&self, node: usize, v: f32, a: f32) -> Grip {
+        let limits = &self.nodes.get(node).limits;
+        let most = limits.acceleration(v).down;
+        let (here, there) = (limits.jerk(v, a), limits.jerk(v, -most.min(crate::units::sqrt(v * limits.jerk(v, 0.0).down))));
+        Grip {
+            a: most,
+            down: here.down.min(there.down),
+            up: there.up,
+        }
+    }
+
     /// To rest straight on, if that keeps every limit.
     fn halting(&self, at: &Motion, tolerance: Tolerance) -> Option<Manoeuvre> {
-        let halt = self.halt(at);
+        let grip = self.grip(at);
         let last = self.end - 1;
-        let end = self.follow(at, &halt.course, last, tolerance)?;
-        let fits = end.node < last || end.left >= -ROUNDING * self.nodes.get(last).length;
-        fits.then_some(halt)
+        SHARES.iter().find_map(|&share| {
+            let halt = self.shape(at, 0.0, grip.share(share))?;
+            let end = self.follow(at, &halt.course, last, tolerance)?;
+            let fits = end.node < last || end.left >= -ROUNDING * self.nodes.get(last).length;
+            fits.then_some(halt)
+        })
     }
 
     /// A manoeuvre from whose end there is a way to rest with `most` - 1 more at most: letting the acceleration go; down to
     /// the velocity limit ahead that leaves the least room, or to one of the first; down to a share of the velocity.
     fn braking(&self, at: &Motion, most: u32, tolerance: Tolerance) -> Option<Manoeuvre> {
-        let here = self.nodes.get(at.node).limits;
-        let (mut limit_a, mut limit_j) = (here.a, here.j);
+        let here = self.grip(at);
         let rising = at.a.max(0.0);
-        let peak = at.v + rising * rising / (2.0 * limit_j);
-        let to = |v: f32, a: f32, j: f32| {
-            let manoeuvre = self.shape(at, v, a, j)?;
-            let end = self.follow(at, &manoeuvre.course, self.end - 1, tolerance)?;
-            (self.safe(end) && self.is_refuge(&end, most - 1)).then_some(manoeuvre)
+        let peak = at.v + rising * rising / (2.0 * here.down);
+        let to = |v: f32, grip: Grip| {
+            SHARES.iter().find_map(|&share| {
+                let manoeuvre = self.shape(at, v, grip.share(share))?;
+                let end = self.follow(at, &manoeuvre.course, self.end - 1, tolerance)?;
+                self.is_refuge(&end, most - 1).then_some(manoeuvre)
+            })
         };
         if at.a != 0.0 {
-            if let Some(manoeuvre) = to(peak.min(here.v), limit_a, limit_j) {
+            if let Some(manoeuvre) = to(peak.min(self.nodes.get(at.node).limits.v), here) {
                 return Some(manoeuvre);
             }
         }
@@ -118,39 +128,41 @@ impl View<'_> {
             }
             if cap < lowest {
                 lowest = cap;
-                let left = distance - brake(at.v, at.a, cap, limit_a, limit_j).distance;
+                let grip = here.least(self.grip_of(index, cap.min(node.limits.v), 0.0));
+                let left = distance - brake(at.v, at.a, cap, grip).distance;
                 if left < room {
                     room = left;
-                    tightest = Some((cap, limit_a, limit_j));
+                    tightest = Some((cap, grip));
                 }
                 if tries < TRIES {
                     tries += 1;
-                    if let Some(manoeuvre) = to(cap, limit_a, limit_j) {
+                    if let Some(manoeuvre) = to(cap, grip) {
                         return Some(manoeuvre);
                     }
                 }
             }
-            if brake(at.v, at.a, 0.0, limit_a, limit_j).distance < distance {
+            if brake(at.v, at.a, 0.0, here).distance < distance {
                 break;
             }
             distance += next.length;
-            limit_a = limit_a.min(next.limits.a);
-            limit_j = limit_j.min(next.limits.j);
         }
-        tightest.and_then(|(cap, a, j)| to(cap, a, j)).or_else(|| {
+        tightest.and_then(|(cap, grip)| to(cap, grip)).or_else(|| {
             let shares = [0.9, 0.75, 0.5, 0.25].iter();
             shares
                 .map(|share| share * at.v.min(lowest))
-                .find_map(|v| to(v, limit_a, limit_j))
+                .find_map(|v| to(v, here))
         })
     }
 
-    /// Down to `to` and zero acceleration with the limits given, in whole ticks.
-    fn shape(&self, at: &Motion, to: f32, limit_a: f32, limit_j: f32) -> Option<Manoeuvre> {
+    /// Down to `to` and zero acceleration within `grip`, in whole ticks.
+    fn shape(&self, at: &Motion, to: f32, grip: Grip) -> Option<Manoeuvre> {
         let h = 1.0 / self.hz;
-        let time = brake(at.v, at.a, to, limit_a, limit_j).time;
+        let time = brake(at.v, at.a, to, grip).time;
         let ticks = time.map(|t| libm::ceilf(t * self.hz) as u32);
-        let ticks = [ticks[0], ticks[1], ticks[2].max(1)];
+        let mut ticks = [ticks[0], ticks[1], ticks[2].max(1)];
+        if to <= 0.0 {
+            ticks[0] = ticks[0].max(1);
+        }
         if ticks.iter().any(|&n| n > MANOEUVRE_MAX) {
             return None;
         }
@@ -160,34 +172,5 @@ impl View<'_> {
             Course::slowing(at, to, ticks, h)?
         };
         Some(Manoeuvre { to, course })
-    }
-
-    /// To rest on the path as soon as the limits allow.
-    fn halt(&self, at: &Motion) -> Manoeuvre {
-        let here = self.nodes.get(at.node).limits;
-        let (mut a, mut j) = (here.a, here.j);
-        let mut b = brake(at.v, at.a, 0.0, a, j);
-        let mut covered = at.left;
-        let mut index = at.node;
-        while covered < b.distance && !self.nodes.get(index).stop && index + 1 < self.end {
-            index += 1;
-            let node = self.nodes.get(index);
-            if node.limits.a < a || node.limits.j < j {
-                a = a.min(node.limits.a);
-                j = j.min(node.limits.j);
-                b = brake(at.v, at.a, 0.0, a, j);
-            }
-            covered += node.length;
-        }
-        let ticks = b.time.map(|t| libm::ceilf(t * self.hz) as u32);
-        let ticks = [ticks[0].max(1), ticks[1], ticks[2].max(1)];
-        let nothing = Course {
-            jerk: [0.0; 3],
-            ticks: [1, 0, 1],
-        };
-        Manoeuvre {
-            to: 0.0,
-            course: Course::slowing(at, 0.0, ticks, 1.0 / self.hz).unwrap_or(nothing),
-        }
     }
 }
