@@ -12,6 +12,7 @@ use super::brake::{brake, slow, Grip, Phases};
 use super::course::{Motion, TAKING};
 use super::limits::PathLimits;
 use super::profile::{View, SLACK, UNIT};
+use super::refuge::Way;
 use super::tempo::{Change, Request, Schedule, Tempo};
 use super::Planner;
 use crate::config::Config;
@@ -47,6 +48,8 @@ pub(super) struct Pace {
     /// The one that counts.
     wanted: Tempo,
     slowing: Option<Slowing>,
+    /// The way to rest from the end of the slowing down, or from the planned state.
+    way: Way,
     /// The next try begins at this planned tick.
     again: u32,
 }
@@ -57,15 +60,17 @@ impl Pace {
         asked: Tempo::PROGRAMMED,
         wanted: Tempo::PROGRAMMED,
         slowing: None,
+        way: Way::new(),
         again: 0,
     };
 }
 
 impl View<'_> {
-    /// True if the motion can go on from `at` within the limits of the nodes.
-    fn is_settled(&self, at: &Motion) -> bool {
+    /// The way to rest from `at` within the limits of the nodes, if the motion can go on there.
+    fn settled(&self, at: &Motion) -> Option<Way> {
         let limits = &self.nodes.get(at.node).limits;
-        at.v <= limits.v * SLACK && limits.keeps([at.v, at.a, 0.0], SLACK) && self.has_refuge(at)
+        let within = at.v <= limits.v * SLACK && limits.keeps([at.v, at.a, 0.0], SLACK);
+        within.then(|| self.refuge(at)).flatten()
     }
 
     /// The least velocity allowed on the way that braking to it takes.
@@ -181,14 +186,9 @@ impl Planner<'_> {
         self.pace = Pace::NEW;
     }
 
-    /// Forgets a slowing down: something better has been found.
-    pub(super) fn forget_slowing(&mut self) {
-        self.pace.slowing = None;
-    }
-
     /// Forgets a slowing down: the state is another one now, and at rest.
     pub(super) fn drop_slowing(&mut self) {
-        self.pace.slowing = None;
+        self.take_way(Way::new());
         self.pace.again = self.planned;
     }
 
@@ -214,12 +214,18 @@ impl Planner<'_> {
     fn replan(&mut self, config: &Config) {
         let Pace { now, wanted, .. } = self.pace;
         self.set_tempo(&wanted, self.cursor);
-        let rests = self.state.v == 0 && self.state.a == 0;
         let view = self.view(config);
-        let settled = !wanted.is_barred() && view.is_settled(&view.motion());
-        if rests || settled {
+        let rests = self.state.v == 0 && self.state.a == 0;
+        let way = if rests {
+            Some(Way::new())
+        } else if wanted.is_barred() {
+            None
+        } else {
+            view.settled(&view.motion())
+        };
+        if let Some(way) = way {
             self.pace.now = wanted;
-            self.pace.slowing = None;
+            self.take_way(way);
             return;
         }
         let allowed = self.view(config).allowed_ahead();
@@ -232,24 +238,21 @@ impl Planner<'_> {
                 continue;
             };
             self.set_tempo(&wanted, there.node);
-            if share == 0.0 || self.view(config).is_settled(&there) {
+            let way = if share == 0.0 {
+                Some(Way::new())
+            } else {
+                self.view(config).settled(&there)
+            };
+            if let Some(way) = way {
                 self.pace.slowing = Some(Slowing {
                     phases,
                     then: wanted,
                 });
+                self.pace.way = way;
                 return;
             }
         }
         self.set_tempo(&now, self.cursor);
-    }
-
-    /// Slows down by `phases` at the tempo in force.
-    pub(super) fn slow_down(&mut self, config: &Config, phases: &Phases) {
-        self.pace.slowing = Some(Slowing {
-            phases: *phases,
-            then: self.pace.now,
-        });
-        self.run_slowing(config);
     }
 
     /// Goes on with a slowing down to a tempo that is still wanted and not in force yet; `true` if there is one.
@@ -258,14 +261,40 @@ impl Planner<'_> {
         wish == self.pace.wanted && wish != self.pace.now && self.run_slowing(config)
     }
 
-    /// What is left of the phase that the motion slows down in at the tempo in force.
-    pub(super) fn begun(&self) -> Option<(i64, u32)> {
-        let slowing = self.pace.slowing.as_ref()?;
-        slowing.phases.iter().find(|phase| phase.1 > 0).copied()
+    /// Jerk and ticks of the next phase on the way to rest.
+    pub(super) fn begun(&self, config: &Config) -> Option<(f32, u32)> {
+        let view = self.view(config);
+        let course = match &self.pace.slowing {
+            Some(slowing) => view.course(&slowing.phases),
+            None => self.pace.way.last()?.course(&view.motion(), 1.0 / view.hz)?,
+        };
+        let mut phases = course.jerk.into_iter().zip(course.ticks);
+        phases.find(|&(_, ticks)| ticks > 0)
+    }
+
+    /// The way to rest from the planned state is `way`.
+    pub(super) fn take_way(&mut self, way: Way) {
+        self.pace.slowing = None;
+        self.pace.way = way;
+    }
+
+    /// On along the way to rest.
+    pub(super) fn go_on(&mut self, config: &Config) {
+        if self.pace.slowing.is_none() {
+            let leg = self.pace.way.pop();
+            let view = self.view(config);
+            let phases = leg.and_then(|leg| view.exactly(&leg));
+            let phases = phases.unwrap_or_else(|| view.forced());
+            self.pace.slowing = Some(Slowing {
+                phases,
+                then: self.pace.now,
+            });
+        }
+        self.run_slowing(config);
     }
 
     /// Plans the next piece of a slowing down, if there is one.
-    pub(super) fn run_slowing(&mut self, config: &Config) -> bool {
+    fn run_slowing(&mut self, config: &Config) -> bool {
         let Some(mut slowing) = self.pace.slowing else {
             return false;
         };

@@ -30,6 +30,7 @@ use change::Pace;
 use limits::{joint, velocity_limit, CurveLimits, Joint};
 use nodes::{Node, Nodes};
 use profile::{Decision, View, LOOK_AHEAD};
+use refuge::Way;
 use scarce::Supply;
 use tempo::{Request, Schedule, Tempo, FEED_MAX};
 
@@ -373,19 +374,14 @@ impl<'a> Planner<'a> {
         if self.change_tempo(config) {
             return true;
         }
-        match self.view(config).decide(self.begun()) {
-            Decision::Go(jerk, ticks) => {
-                self.forget_slowing();
+        match self.view(config).decide(self.begun(config)) {
+            Decision::Go(jerk, ticks, way) => {
+                self.take_way(way);
                 self.emit(config, &[(jerk, ticks)], PieceEnd::Continue);
             }
-            Decision::Slow(phases) => {
-                self.slow_down(config, &phases);
-            }
-            Decision::GoOn => {
-                self.run_slowing(config);
-            }
+            Decision::GoOn => self.go_on(config),
             Decision::Land { phases, stop } => {
-                self.forget_slowing();
+                self.take_way(Way::new());
                 let number = self.first.wrapping_add(stop as u32);
                 self.lands(number);
                 self.emit(config, &phases, PieceEnd::StopAfter(number));

@@ -9,6 +9,7 @@
 use super::brake::{brake, hop, land, Phases};
 use super::course::{Course, Motion, PREDICTING, TAKING};
 use super::nodes::Nodes;
+use super::refuge::Way;
 use crate::interpolator::{widen, PathState, T_FRAC};
 
 /// Segments looked at ahead of the one being driven.
@@ -54,13 +55,11 @@ pub struct View<'a> {
 }
 
 /// What to run.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Decision {
-    /// One greedy piece: jerk, ticks.
-    Go(i64, u32),
-    /// Three pieces down to a lower velocity at zero acceleration.
-    Slow(Phases),
-    /// On with the slowing down that has begun.
+#[derive(Clone, Debug)]
+pub(super) enum Decision {
+    /// One piece: jerk, ticks, and the way to rest from its end.
+    Go(i64, u32, Way),
+    /// On along the way to rest.
     GoOn,
     /// Three pieces to rest at the end of node `stop`.
     Land {
@@ -110,9 +109,10 @@ impl View<'_> {
         None
     }
 
-    /// The next thing to run; `begun` is what is left of the phase of a slowing down that can be gone on with.
+    /// The next thing to run; `begun` is the phase of slowing down that can be gone on with, and must be where nothing
+    /// better is found.
     #[must_use]
-    pub fn decide(&self, begun: Option<(i64, u32)>) -> Decision {
+    pub(super) fn decide(&self, begun: Option<(f32, u32)>) -> Decision {
         let stop = self.stop_ahead();
         if let Some(stop) = &stop {
             // What rounding leaves of a standstill is one: nothing could be done from it a whole tick long.
@@ -132,7 +132,7 @@ impl View<'_> {
         self.greedy(stop.as_ref(), begun)
     }
 
-    fn greedy(&self, stop: Option<&StopAhead>, begun: Option<(i64, u32)>) -> Decision {
+    fn greedy(&self, stop: Option<&StopAhead>, begun: Option<(f32, u32)>) -> Decision {
         let start = self.motion();
         let node = self.nodes.get(start.node);
         let limits = &node.limits;
@@ -147,70 +147,59 @@ impl View<'_> {
         }
         // Nothing builds up while cruising, nor at the limit of acceleration where jerk is no matter.
         let top = limits.v;
-        let steady = (start.v >= top * CRUISE && start.a.abs() <= NO_ACCELERATION * still.a)
-            || (start.a >= 0.999 * range.up && node.brisk);
-        let mut ticks = if steady {
+        let cruising =
+            start.v >= top * CRUISE && start.a.abs() <= NO_ACCELERATION * still.a;
+        let most = if cruising || (start.a >= 0.999 * range.up && node.brisk) {
             TICKS_MAX
         } else {
             ((scale * self.hz * 0.125) as u32).clamp(1, TICKS_MAX)
         };
+        let (floor, most) = begun.map_or((0.0, most), |(jerk, ticks)| (jerk, most.min(ticks)));
         let unit = UNIT / (self.hz * self.hz * self.hz);
-        if let Some((_, left)) = begun {
-            ticks = ticks.min(left);
-        }
-        loop {
+        for ticks in [most, most.div_ceil(3)] {
             let time = ticks as f32 / self.hz;
-            let release = -start.a / time;
-            let high = jerks.up.min((range.up - start.a) / time);
-            let ok = |jerk: f32| {
+            let way = |jerk: f32| {
                 let course = Course {
                     jerk: [jerk, 0.0, 0.0],
                     ticks: [ticks, 0, 0],
                 };
-                self.follow(&start, &course, self.end - 1, PREDICTING)
-                    .is_some_and(|end| self.has_refuge(&end))
+                let end = self.follow(&start, &course, self.end - 1, PREDICTING)?;
+                self.refuge(&end)
             };
-            let go = |jerk: f32| Decision::Go((jerk * unit) as i64, ticks);
-            if ok(high) {
-                return go(high);
-            }
-            if start.v >= top * CRUISE && release.abs() <= jerks.down.min(jerks.up) && ok(release) {
-                return go(release);
-            }
-            let least = (-jerks.down).max((-range.down - start.a) / time).min(high);
-            let good = match begun {
-                Some((jerk, _)) => Some(jerk as f32 / unit),
-                None if ok(least) => Some(least),
-                None if release > least && release < high && ok(release) => Some(release),
-                None => [0.3, 0.6, 0.8, 0.9]
-                    .map(|part| least + part * (high - least))
-                    .into_iter()
-                    .find(|&jerk| ok(jerk)),
-            };
-            if let Some(first) = good {
-                let (mut good, mut bad) = (first, high);
-                for _ in 0..HALVINGS {
-                    let middle = 0.5 * (good + bad);
-                    if ok(middle) {
-                        good = middle;
-                    } else {
-                        bad = middle;
-                    }
-                }
-                if begun.is_none() || good > first {
-                    return go(good);
-                }
-            }
-            if ticks == 1 || begun.is_some() {
+            let go = |jerk: f32, way: Way| Decision::Go((jerk * unit) as i64, ticks, way);
+            let high = jerks.up.min((range.up - start.a) / time);
+            if high <= floor {
                 break;
             }
-            ticks /= 2;
+            if let Some(way) = way(high) {
+                return go(high, way);
+            }
+            // Onto the largest velocity, to stay there.
+            let release = -start.a / time;
+            if start.v >= top * CRUISE && release > floor {
+                if let Some(way) = way(release) {
+                    return go(release, way);
+                }
+            }
+            let (mut good, mut bad) = (floor, high);
+            let mut found = None;
+            for _ in 0..HALVINGS {
+                let middle = 0.5 * (good + bad);
+                if let Some(way) = way(middle) {
+                    found = Some((middle, way));
+                    good = middle;
+                } else {
+                    bad = middle;
+                }
+            }
+            if let Some((jerk, way)) = found {
+                return go(jerk, way);
+            }
+            if ticks == 1 {
+                break;
+            }
         }
-        if begun.is_some() {
-            Decision::GoOn
-        } else {
-            Decision::Slow(self.slow_down())
-        }
+        Decision::GoOn
     }
 
     fn try_hop(&self, stop: &StopAhead) -> Option<Phases> {

@@ -3,8 +3,10 @@
 //! In: a motion. Out: a [`Course`] down to a lower velocity at zero acceleration from whose end there is another way to
 //! rest, or straight to rest. Every state that is planned has one, so nothing that lies ahead can be run over.
 
+use heapless::Vec;
+
 use super::brake::{brake, slow, Grip, Phases};
-use super::course::{Course, Motion, Tolerance, PREDICTING, TAKING};
+use super::course::{Course, Motion, PREDICTING};
 use super::profile::{View, UNIT};
 
 /// Longest phase of a braking manoeuvre, ticks: the rounding of its jerk to 2^-72 grows with the cube.
@@ -13,8 +15,14 @@ const MANOEUVRE_MAX: u32 = 8192;
 /// Velocity limits ahead that a braking manoeuvre is tried for.
 const TRIES: u32 = 3;
 
-/// Manoeuvres on a way to rest.
-const MANOEUVRES: u32 = 2;
+/// Manoeuvres on a way to rest before the last leg.
+const MANOEUVRES: usize = 2;
+
+/// Legs of a way to rest.
+const LEGS: usize = MANOEUVRES + 1;
+
+/// Parts of the velocity that are tried where no velocity limit says what to slow down to.
+const PARTS: [f32; 4] = [0.9, 0.75, 0.5, 0.25];
 
 /// What rounding may put a halt behind the end of the window, of its distance.
 const ROUNDING: f32 = 1.0e-6;
@@ -22,50 +30,64 @@ const ROUNDING: f32 = 1.0e-6;
 /// Shares of the limits at its beginning that a manoeuvre is tried with: what lies ahead may allow less.
 const SHARES: [f32; 3] = [0.99, 0.75, 0.5];
 
-/// Down to a velocity.
-#[derive(Clone, Copy)]
-struct Manoeuvre {
-    /// Path units/s.
+/// A slowing down to zero acceleration: a part of a way to rest.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Leg {
+    /// Velocity at its end, path units/s. Where only the release is left it is what that leads to.
     to: f32,
-    course: Course,
+    /// Phases; without a first one only the release is left.
+    ticks: [u32; 3],
 }
 
+impl Leg {
+    /// Its course from `at`.
+    pub(super) fn course(&self, at: &Motion, h: f32) -> Option<Course> {
+        if self.ticks[0] == 0 {
+            return Some(Course::release(at, self.ticks[2], h));
+        }
+        Course::slowing(at, self.to, self.ticks, h)
+    }
+}
+
+/// A way to rest: its legs, the last of them first.
+pub(super) type Way = Vec<Leg, LEGS>;
+
 impl View<'_> {
-    /// Whether there is a way to rest from `at` that keeps every limit: straight on, or after a manoeuvre or two.
-    pub(super) fn has_refuge(&self, at: &Motion) -> bool {
-        self.is_refuge(at, MANOEUVRES)
+    /// A way to rest from `at` that keeps every limit: straight on, or after a manoeuvre or two.
+    pub(super) fn refuge(&self, at: &Motion) -> Option<Way> {
+        let mut way = Way::new();
+        self.is_refuge(at, MANOEUVRES, &mut way).then_some(way)
     }
 
-    fn is_refuge(&self, at: &Motion, most: u32) -> bool {
-        self.halting(at, PREDICTING).is_some()
-            || (most > 0 && self.braking(at, most, PREDICTING).is_some())
+    fn is_refuge(&self, at: &Motion, most: usize, way: &mut Way) -> bool {
+        if let Some(leg) = self.halting(at) {
+            way.clear();
+            return way.push(leg).is_ok();
+        }
+        most > 0 && self.braking(at, most, way)
     }
 
-    /// How to slow down from the planned state. Nothing is planned from which there is no way, but for what a change of the
-    /// limits leaves.
-    pub(super) fn slow_down(&self) -> Phases {
-        let at = self.motion();
-        self.braking(&at, MANOEUVRES, TAKING)
-            .or_else(|| self.halting(&at, TAKING))
-            .and_then(|manoeuvre| self.exactly(&manoeuvre))
-            .or_else(|| self.exactly(&self.shape(&at, 0.0, self.grip(&at))?))
-            .unwrap_or([(0, 1); 3])
-    }
-
-    /// The phases of `manoeuvre` from the planned state in whole units of jerk.
-    fn exactly(&self, manoeuvre: &Manoeuvre) -> Option<Phases> {
-        let ticks = manoeuvre.course.ticks;
-        if ticks[0] == 0 {
+    /// The phases of `leg` from the planned state in whole units of jerk.
+    pub(super) fn exactly(&self, leg: &Leg) -> Option<Phases> {
+        if leg.ticks[0] == 0 {
             // Only the release is left; where that leads is given.
-            let n = i128::from(ticks[2]);
+            let n = i128::from(leg.ticks[2]);
             return Some([
                 (0, 0),
                 (0, 0),
-                (i64::try_from(-self.state.a / n).ok()?, ticks[2]),
+                (i64::try_from(-self.state.a / n).ok()?, leg.ticks[2]),
             ]);
         }
-        let to = (manoeuvre.to / self.hz * UNIT) as i128;
-        slow(&self.state, to, ticks)
+        let to = (leg.to / self.hz * UNIT) as i128;
+        slow(&self.state, to, leg.ticks)
+    }
+
+    /// To rest whatever that takes.
+    pub(super) fn forced(&self) -> Phases {
+        let at = self.motion();
+        self.shape(&at, 0.0, self.grip(&at))
+            .and_then(|leg| self.exactly(&leg))
+            .unwrap_or([(0, 1); 3])
     }
 
     /// What braking may do at `at`: jerk where the deceleration is built up, and where it is all there.
@@ -85,12 +107,13 @@ impl View<'_> {
     }
 
     /// To rest straight on, if that keeps every limit.
-    fn halting(&self, at: &Motion, tolerance: Tolerance) -> Option<Manoeuvre> {
+    fn halting(&self, at: &Motion) -> Option<Leg> {
         let grip = self.grip(at);
         let last = self.end - 1;
         SHARES.iter().find_map(|&share| {
             let halt = self.shape(at, 0.0, grip.share(share))?;
-            let end = self.follow(at, &halt.course, last, tolerance)?;
+            let course = halt.course(at, 1.0 / self.hz)?;
+            let end = self.follow(at, &course, last, PREDICTING)?;
             let fits = end.node < last || end.left >= -ROUNDING * self.nodes.get(last).length;
             fits.then_some(halt)
         })
@@ -98,21 +121,25 @@ impl View<'_> {
 
     /// A manoeuvre from whose end there is a way to rest with `most` - 1 more at most: letting the acceleration go; down to
     /// the velocity limit ahead that leaves the least room, or to one of the first; down to a share of the velocity.
-    fn braking(&self, at: &Motion, most: u32, tolerance: Tolerance) -> Option<Manoeuvre> {
+    fn braking(&self, at: &Motion, most: usize, way: &mut Way) -> bool {
         let here = self.grip(at);
         let rising = at.a.max(0.0);
         let peak = at.v + rising * rising / (2.0 * here.down);
-        let to = |v: f32, grip: Grip| {
-            SHARES.iter().find_map(|&share| {
-                let manoeuvre = self.shape(at, v, grip.share(share))?;
-                let end = self.follow(at, &manoeuvre.course, self.end - 1, tolerance)?;
-                self.is_refuge(&end, most - 1).then_some(manoeuvre)
+        let mut to = |v: f32, grip: Grip| {
+            SHARES.iter().any(|&share| {
+                let after = |leg: &Leg| {
+                    let course = leg.course(at, 1.0 / self.hz)?;
+                    self.follow(at, &course, self.end - 1, PREDICTING)
+                };
+                let leg = self.shape(at, v, grip.share(share));
+                leg.is_some_and(|leg| {
+                    after(&leg).is_some_and(|end| self.is_refuge(&end, most - 1, way))
+                        && way.push(leg).is_ok()
+                })
             })
         };
-        if at.a != 0.0 {
-            if let Some(manoeuvre) = to(peak.min(self.nodes.get(at.node).limits.v), here) {
-                return Some(manoeuvre);
-            }
+        if at.a != 0.0 && to(peak.min(self.nodes.get(at.node).limits.v), here) {
+            return true;
         }
         let mut distance = at.left;
         let mut lowest = peak;
@@ -136,8 +163,8 @@ impl View<'_> {
                 }
                 if tries < TRIES {
                     tries += 1;
-                    if let Some(manoeuvre) = to(cap, grip) {
-                        return Some(manoeuvre);
+                    if to(cap, grip) {
+                        return true;
                     }
                 }
             }
@@ -146,31 +173,21 @@ impl View<'_> {
             }
             distance += next.length;
         }
-        tightest.and_then(|(cap, grip)| to(cap, grip)).or_else(|| {
-            let shares = [0.9, 0.75, 0.5, 0.25].iter();
-            shares
-                .map(|share| share * at.v.min(lowest))
-                .find_map(|v| to(v, here))
-        })
+        tightest.is_some_and(|(cap, grip)| to(cap, grip))
+            || PARTS
+                .iter()
+                .any(|part| to(part * at.v.min(lowest), here))
     }
 
     /// Down to `to` and zero acceleration within `grip`, in whole ticks.
-    fn shape(&self, at: &Motion, to: f32, grip: Grip) -> Option<Manoeuvre> {
-        let h = 1.0 / self.hz;
+    fn shape(&self, at: &Motion, to: f32, grip: Grip) -> Option<Leg> {
         let time = brake(at.v, at.a, to, grip).time;
         let ticks = time.map(|t| libm::ceilf(t * self.hz) as u32);
         let mut ticks = [ticks[0], ticks[1], ticks[2].max(1)];
         if to <= 0.0 {
             ticks[0] = ticks[0].max(1);
         }
-        if ticks.iter().any(|&n| n > MANOEUVRE_MAX) {
-            return None;
-        }
-        let course = if ticks[0] == 0 {
-            Course::release(at, ticks[2], h)
-        } else {
-            Course::slowing(at, to, ticks, h)?
-        };
-        Some(Manoeuvre { to, course })
+        let short = ticks.iter().all(|&n| n <= MANOEUVRE_MAX);
+        short.then_some(Leg { to, ticks })
     }
 }
