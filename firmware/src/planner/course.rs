@@ -126,7 +126,7 @@ impl View<'_> {
     ) -> Option<Motion> {
         let h = 1.0 / self.hz;
         let mut at = *from;
-        let least = -tolerance.back * from.v;
+        let mut fastest = from.v;
         for (&jerk, &ticks) in course.jerk.iter().zip(&course.ticks) {
             let begins = |at: &Motion| {
                 let limits = &self.nodes.get(at.node).limits;
@@ -152,9 +152,10 @@ impl View<'_> {
                 }
                 remaining -= n;
                 let v = speeds[1];
+                fastest = fastest.max(v);
                 let limits = &self.nodes.get(at.node).limits;
                 if v > limits.v * tolerance.v
-                    || speeds[0] < least
+                    || speeds[0] < -tolerance.back * fastest
                     || !limits.keeps([next.v.max(0.0), next.a, jerk], tolerance.a)
                 {
                     return None;

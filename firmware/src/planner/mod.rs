@@ -374,7 +374,10 @@ impl<'a> Planner<'a> {
         if self.change_tempo(config) {
             return true;
         }
-        match self.view(config).decide(self.begun(config)) {
+        let dd = self.view(config).decide(self.begun(config));
+        #[cfg(not(target_os = "none"))]
+        if std::env::var("PE").is_ok() { std::eprintln!("{} {:?} begun {:?} at {:?}", self.planned, dd, self.begun(config), self.view(config).motion()); }
+        match dd {
             Decision::Go(jerk, ticks, way) => {
                 self.take_way(way);
                 self.emit(config, &[(jerk, ticks)], PieceEnd::Continue);

@@ -18,6 +18,9 @@ pub const LOOK_AHEAD: usize = 128;
 /// Longest greedy piece.
 const TICKS_MAX: u32 = 10;
 
+/// Phases of a rest-to-rest move, in ticks, that are tried at most where they are longer than the limits ask for.
+const HOPS: u32 = 6;
+
 /// Halvings of the range of jerks.
 const HALVINGS: u32 = 6;
 
@@ -209,8 +212,9 @@ impl View<'_> {
         }
         let start = self.motion();
         let time = libm::cbrtf(stop.distance / (2.0 * stop.j));
-        [1.0, 1.1, 1.3].into_iter().find_map(|longer| {
-            let m = libm::ceilf(longer * time * self.hz).max(1.0) as u32;
+        let shortest = libm::ceilf(time * self.hz).max(1.0) as u32;
+        // A longer one where a tick is all the difference.
+        (shortest..shortest.max(HOPS) + 2).find_map(|m| {
             let j = hop(stop.distance_q, m);
             let phases = [(j, m), (-j, 2 * m), (j, m)];
             self.follow(&start, &self.course(&phases), stop.index, PREDICTING)?;

@@ -12,23 +12,17 @@ use super::profile::{View, UNIT};
 /// Longest phase of a braking manoeuvre, ticks: the rounding of its jerk to 2^-72 grows with the cube.
 const MANOEUVRE_MAX: u32 = 8192;
 
-/// Velocity limits ahead that a braking manoeuvre is tried for.
-const TRIES: u32 = 3;
-
 /// Manoeuvres on a way to rest before the last leg.
 const MANOEUVRES: usize = 2;
 
 /// Legs of a way to rest.
 const LEGS: usize = MANOEUVRES + 1;
 
-/// Parts of the velocity that are tried where no velocity limit says what to slow down to.
-const PARTS: [f32; 4] = [0.9, 0.75, 0.5, 0.25];
-
 /// What rounding may put a halt behind the end of the window, of its distance.
 const ROUNDING: f32 = 1.0e-6;
 
 /// Shares of the limits at its beginning that a manoeuvre is tried with: what lies ahead may allow less.
-const SHARES: [f32; 3] = [0.99, 0.75, 0.5];
+const SHARES: [f32; 2] = [0.99, 0.7];
 
 /// A slowing down to zero acceleration: a part of a way to rest.
 #[derive(Clone, Copy, Debug)]
@@ -119,8 +113,8 @@ impl View<'_> {
         })
     }
 
-    /// A manoeuvre from whose end there is a way to rest with `most` - 1 more at most: letting the acceleration go; down to
-    /// the velocity limit ahead that leaves the least room, or to one of the first; down to a share of the velocity.
+    /// A leg from whose end there is a way to rest with `most` - 1 more at most: letting the acceleration go, or down to the
+    /// velocity limit ahead that leaves the least room.
     fn braking(&self, at: &Motion, most: usize, way: &mut Way) -> bool {
         let here = self.grip(at);
         let rising = at.a.max(0.0);
@@ -143,7 +137,6 @@ impl View<'_> {
         }
         let mut distance = at.left;
         let mut lowest = peak;
-        let mut tries = 0;
         let mut tightest = None;
         let mut room = f32::MAX;
         for index in at.node..self.end {
@@ -161,12 +154,6 @@ impl View<'_> {
                     room = left;
                     tightest = Some((cap, grip));
                 }
-                if tries < TRIES {
-                    tries += 1;
-                    if to(cap, grip) {
-                        return true;
-                    }
-                }
             }
             if brake(at.v, at.a, 0.0, here).distance < distance {
                 break;
@@ -174,9 +161,6 @@ impl View<'_> {
             distance += next.length;
         }
         tightest.is_some_and(|(cap, grip)| to(cap, grip))
-            || PARTS
-                .iter()
-                .any(|part| to(part * at.v.min(lowest), here))
     }
 
     /// Down to `to` and zero acceleration within `grip`, in whole ticks.
