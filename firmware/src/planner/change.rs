@@ -97,7 +97,7 @@ impl View<'_> {
     fn slow_to(&self, to: f32) -> Option<(Phases, Motion)> {
         let at = self.motion();
         let end = (f64::from(to) / f64::from(self.hz) * f64::from(UNIT)) as i128;
-        let here = self.grip(&at);
+        let here = self.grip(&at, to, at.node);
         SHARES.iter().find_map(|share| {
             let needed = brake(at.v, at.a, to, here.share(*share));
             let ticks = needed
@@ -266,10 +266,15 @@ impl Planner<'_> {
         let view = self.view(config);
         let course = match &self.pace.slowing {
             Some(slowing) => view.course(&slowing.phases),
-            None => self.pace.way.last()?.course(&view.motion(), 1.0 / view.hz)?,
+            None => self.pace.way.next()?.course(&view.motion(), 1.0 / view.hz)?,
         };
         let mut phases = course.jerk.into_iter().zip(course.ticks);
         phases.find(|&(_, ticks)| ticks > 0)
+    }
+
+    /// The way to rest from the planned state; its first part may have begun.
+    pub(super) fn known_way(&self) -> &Way {
+        &self.pace.way
     }
 
     /// The way to rest from the planned state is `way`.
@@ -281,9 +286,9 @@ impl Planner<'_> {
     /// On along the way to rest.
     pub(super) fn go_on(&mut self, config: &Config) {
         if self.pace.slowing.is_none() {
-            let leg = self.pace.way.pop();
+            let part = self.pace.way.pop();
             let view = self.view(config);
-            let phases = leg.and_then(|leg| view.exactly(&leg));
+            let phases = part.and_then(|part| view.exactly(&part));
             let phases = phases.unwrap_or_else(|| view.forced());
             self.pace.slowing = Some(Slowing {
                 phases,

@@ -89,7 +89,7 @@ impl Course {
 }
 
 /// Ticks within one node from which on the middle of a step is looked at, too.
-const LONG: u32 = 6;
+const LONG: u32 = 16;
 
 /// What of a limit may be exceeded, relative.
 #[derive(Clone, Copy, Debug)]
@@ -124,6 +124,7 @@ impl View<'_> {
         last: usize,
         tolerance: Tolerance,
     ) -> Option<Motion> {
+        crate::planner::CNT[3].fetch_add(1, core::sync::atomic::Ordering::Relaxed);
         let h = 1.0 / self.hz;
         let mut at = *from;
         let mut fastest = from.v;
@@ -154,10 +155,12 @@ impl View<'_> {
                 let v = speeds[1];
                 fastest = fastest.max(v);
                 let limits = &self.nodes.get(at.node).limits;
-                if v > limits.v * tolerance.v
-                    || speeds[0] < -tolerance.back * fastest
-                    || !limits.keeps([next.v.max(0.0), next.a, jerk], tolerance.a)
-                {
+                if v > limits.v * tolerance.v || speeds[0] < -tolerance.back * fastest {
+                    return None;
+                }
+                // Where the jerk or the node ends; within, what is asked of the axes hardly bends.
+                let ends = remaining == 0 || (next.node < last && next.left < 0.0);
+                if ends && !limits.keeps([next.v.max(0.0), next.a, jerk], tolerance.a) {
                     return None;
                 }
                 if n > LONG {

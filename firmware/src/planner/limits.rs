@@ -4,6 +4,7 @@
 //! `q' v`, `q' a + q'' v^2` and `q' j + 3 q'' v a + q''' v^3` (chain rule). What the curve terms leave of the axis
 //! limits is free for changing speed, and it is the more the slower the motion is: limits are functions of v.
 
+use core::sync::atomic::Ordering::Relaxed;
 use super::span::Span;
 use crate::config::{AxisConfig, Config};
 use crate::geometry::arc::{PathDerivatives, PathShape};
@@ -113,6 +114,7 @@ impl CurveLimits {
     /// `|3 q'' v a + q''' v^3|` within what jerk leaves, so that it can be changed again.
     #[must_use]
     pub fn acceleration(&self, v: f32) -> Range {
+        crate::planner::CNT[1].fetch_add(1, Relaxed);
         let v = v.min(self.v);
         let (square, thrice) = (v * v, 3.0 * v);
         let cube = square * v;
@@ -134,6 +136,7 @@ impl CurveLimits {
     /// axis.
     #[must_use]
     pub fn jerk(&self, v: f32, a: f32) -> Range {
+        crate::planner::CNT[2].fetch_add(1, Relaxed);
         let v = v.min(self.v);
         let (cross, cube) = (3.0 * v * a, v * v * v);
         let mut range = Range::ALL;
@@ -153,6 +156,7 @@ impl CurveLimits {
     /// and jerk `j` of the path (formulae above), both a little loosened by `slack`.
     #[must_use]
     pub fn keeps(&self, [v, a, j]: [f32; 3], slack: f32) -> bool {
+        #[cfg(not(target_os = "none"))] crate::planner::CNT[0].fetch_add(1, Relaxed);
         let (square, cross, cube) = (v * v, 3.0 * v * a, v * v * v);
         (0..AXES).all(|i| {
             let [first, second, third] = self.of_axis(i);

@@ -4,6 +4,7 @@
 //! and [`Piece`]s of constant jerk that say how to run along them. Segments never change once queued; hold
 //! and starvation only change s(t), so the tool cannot leave the path.
 
+pub static CNT: [core::sync::atomic::AtomicU64; 8] = [const { core::sync::atomic::AtomicU64::new(0) }; 8];
 pub mod brake;
 mod change;
 mod course;
@@ -374,9 +375,13 @@ impl<'a> Planner<'a> {
         if self.change_tempo(config) {
             return true;
         }
-        let dd = self.view(config).decide(self.begun(config));
+        let dd = self.view(config).decide(self.begun(config), self.known_way(), self.planned);
+        CNT[5].fetch_add(1, Relaxed); if matches!(dd, Decision::GoOn) { CNT[6].fetch_add(1, Relaxed); }
+        if self.planned % 4096 < 10 && std::env::var("PC").is_ok() { let c: [u64; 8] = core::array::from_fn(|i| CNT[i].load(Relaxed)); let t = self.planned as f64; std::eprintln!("ticks {} per tick: keeps {:.1} acc {:.1} jerk {:.1} follow {:.2} refuge {:.2} decisions {:.2} goon {:.2} same {:.2}", self.planned, c[0] as f64/t, c[1] as f64/t, c[2] as f64/t, c[3] as f64/t, c[4] as f64/t, c[5] as f64/t, c[6] as f64/t, c[7] as f64/t); }
         #[cfg(not(target_os = "none"))]
-        if std::env::var("PE").is_ok() { std::eprintln!("{} {:?} begun {:?} at {:?}", self.planned, dd, self.begun(config), self.view(config).motion()); }
+        if std::env::var("PE").is_ok() { let v = self.view(config); let m = v.motion(); let n = self.nodes.get(m.node); let r = n.limits.acceleration(m.v); let j = n.limits.jerk(m.v, m.a);
+            let d = match &dd { Decision::Go(j, t, w) => std::format!("go {:.0} {} [{} {} {:?}]", *j as f32 * (v.hz * v.hz * v.hz / profile::UNIT), t, w.len(), w.kind().0, w.kind().1), Decision::GoOn => std::format!("on {:?}", self.begun(config)), Decision::Land { .. } => "land".into() };
+            std::eprintln!("{} v {:.3} a {:.0} cap {:.3} left {:.3}/{:.3} acc -{:.0}/{:.0} jerk -{:.0}/{:.0}  {}", self.planned, m.v, m.a, n.limits.v, m.left, n.length, r.down, r.up, j.down, j.up, d); }
         match dd {
             Decision::Go(jerk, ticks, way) => {
                 self.take_way(way);

@@ -21,6 +21,7 @@ const TICKS_MAX: u32 = 10;
 /// Phases of a rest-to-rest move, in ticks, that are tried at most where they are longer than the limits ask for.
 const HOPS: u32 = 6;
 
+const FULL: u32 = 6;
 /// Halvings of the range of jerks.
 const HALVINGS: u32 = 6;
 
@@ -115,7 +116,7 @@ impl View<'_> {
     /// The next thing to run; `begun` is the phase of slowing down that can be gone on with, and must be where nothing
     /// better is found.
     #[must_use]
-    pub(super) fn decide(&self, begun: Option<(f32, u32)>) -> Decision {
+    pub(super) fn decide(&self, begun: Option<(f32, u32)>, known: &Way, tick: u32) -> Decision {
         let stop = self.stop_ahead();
         if let Some(stop) = &stop {
             // What rounding leaves of a standstill is one: nothing could be done from it a whole tick long.
@@ -132,10 +133,10 @@ impl View<'_> {
                 };
             }
         }
-        self.greedy(stop.as_ref(), begun)
+        self.greedy(stop.as_ref(), begun, known, tick)
     }
 
-    fn greedy(&self, stop: Option<&StopAhead>, begun: Option<(f32, u32)>) -> Decision {
+    fn greedy(&self, stop: Option<&StopAhead>, begun: Option<(f32, u32)>, known: &Way, tick: u32) -> Decision {
         let start = self.motion();
         let node = self.nodes.get(start.node);
         let limits = &node.limits;
@@ -159,48 +160,47 @@ impl View<'_> {
         };
         let (floor, most) = begun.map_or((0.0, most), |(jerk, ticks)| (jerk, most.min(ticks)));
         let unit = UNIT / (self.hz * self.hz * self.hz);
-        for ticks in [most, most.div_ceil(3)] {
-            let time = ticks as f32 / self.hz;
-            let way = |jerk: f32| {
-                let course = Course {
-                    jerk: [jerk, 0.0, 0.0],
-                    ticks: [ticks, 0, 0],
-                };
-                let end = self.follow(&start, &course, self.end - 1, PREDICTING)?;
-                self.refuge(&end)
+        let ticks = most;
+        let time = ticks as f32 / self.hz;
+        let end = |jerk: f32| {
+            let course = Course {
+                jerk: [jerk, 0.0, 0.0],
+                ticks: [ticks, 0, 0],
             };
-            let go = |jerk: f32, way: Way| Decision::Go((jerk * unit) as i64, ticks, way);
-            let high = jerks.up.min((range.up - start.a) / time);
-            if high <= floor {
-                break;
+            self.follow(&start, &course, self.end - 1, PREDICTING)
+        };
+        let same = |jerk: f32| self.same_refuge(&end(jerk)?, known);
+        let any = |jerk: f32| self.refuge(&end(jerk)?);
+        let go = |jerk: f32, way: Way| Decision::Go((jerk * unit) as i64, ticks, way);
+        let high = jerks.up.min((range.up - start.a) / time);
+        if high <= floor {
+            return Decision::GoOn;
+        }
+        if let Some(way) = same(high).or_else(|| any(high)) {
+            return go(high, way);
+        }
+        // Onto the largest velocity, to stay there.
+        let release = -start.a / time;
+        if start.v >= top * CRUISE && release > floor {
+            if let Some(way) = any(release) {
+                return go(release, way);
             }
-            if let Some(way) = way(high) {
-                return go(high, way);
+        }
+        let _ = tick;
+        let (mut good, mut bad) = (floor, high);
+        let mut found = None;
+        for k in 0..HALVINGS {
+            let middle = 0.5 * (good + bad);
+            let way = if k >= FULL { same(middle) } else { same(middle).or_else(|| any(middle)) };
+            if let Some(way) = way {
+                found = Some((middle, way));
+                good = middle;
+            } else {
+                bad = middle;
             }
-            // Onto the largest velocity, to stay there.
-            let release = -start.a / time;
-            if start.v >= top * CRUISE && release > floor {
-                if let Some(way) = way(release) {
-                    return go(release, way);
-                }
-            }
-            let (mut good, mut bad) = (floor, high);
-            let mut found = None;
-            for _ in 0..HALVINGS {
-                let middle = 0.5 * (good + bad);
-                if let Some(way) = way(middle) {
-                    found = Some((middle, way));
-                    good = middle;
-                } else {
-                    bad = middle;
-                }
-            }
-            if let Some((jerk, way)) = found {
-                return go(jerk, way);
-            }
-            if ticks == 1 {
-                break;
-            }
+        }
+        if let Some((jerk, way)) = found {
+            return go(jerk, way);
         }
         Decision::GoOn
     }
@@ -224,7 +224,7 @@ impl View<'_> {
 
     fn try_land(&self, stop: &StopAhead) -> Option<Phases> {
         let m = self.motion();
-        let grip = self.grip(&m);
+        let grip = self.grip(&m, 0.0, m.node);
         let reach = |share: f32| brake(m.v, m.a, 0.0, grip.share(share));
         let (mut low, mut high) = (GENTLE, 1.0);
         let distance = stop.distance;
