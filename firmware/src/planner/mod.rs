@@ -380,7 +380,7 @@ impl<'a> Planner<'a> {
         if self.planned % 4096 < 10 && std::env::var("PC").is_ok() { let c: [u64; 8] = core::array::from_fn(|i| CNT[i].load(Relaxed)); let t = self.planned as f64; std::eprintln!("ticks {} per tick: keeps {:.1} acc {:.1} jerk {:.1} follow {:.2} refuge {:.2} decisions {:.2} goon {:.2} same {:.2}", self.planned, c[0] as f64/t, c[1] as f64/t, c[2] as f64/t, c[3] as f64/t, c[4] as f64/t, c[5] as f64/t, c[6] as f64/t, c[7] as f64/t); }
         #[cfg(not(target_os = "none"))]
         if std::env::var("PE").is_ok() { let v = self.view(config); let m = v.motion(); let n = self.nodes.get(m.node); let r = n.limits.acceleration(m.v); let j = n.limits.jerk(m.v, m.a);
-            let d = match &dd { Decision::Go(j, t, w) => std::format!("go {:.0} {} [{} {} {:?}]", *j as f32 * (v.hz * v.hz * v.hz / profile::UNIT), t, w.len(), w.kind().0, w.kind().1), Decision::GoOn => std::format!("on {:?}", self.begun(config)), Decision::Land { .. } => "land".into() };
+            let d = match &dd { Decision::Go(j, t, w) => std::format!("go {:.0} {} {:?}", *j as f32 * (v.hz * v.hz * v.hz / profile::UNIT), t, w), Decision::GoOn => std::format!("on {:?}", self.begun(config)), Decision::Land { .. } => "land".into() };
             std::eprintln!("{} v {:.3} a {:.0} cap {:.3} left {:.3}/{:.3} acc -{:.0}/{:.0} jerk -{:.0}/{:.0}  {}", self.planned, m.v, m.a, n.limits.v, m.left, n.length, r.down, r.up, j.down, j.up, d); }
         match dd {
             Decision::Go(jerk, ticks, way) => {

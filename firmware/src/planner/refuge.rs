@@ -20,15 +20,23 @@ const PARTS: usize = 48;
 /// What rounding may put a halt behind the end of the window, of its length.
 const ROUNDING: f32 = 1.0e-6;
 
-/// Kinds of ways in the order they are tried: in one leg or step by step, and the share of the limits they take. What lies
-/// ahead may allow less than what is here.
-const KINDS: [(bool, f32); 4] = [(true, 0.99), (false, 0.99), (false, 0.7), (true, 0.6)];
+/// Share of the limits that the last leg of a way in steps takes.
+const SURE: f32 = 0.97;
+
+/// Moves of a way to rest, and those before the last one.
+const MOVES: usize = DEPTH + 1;
+const DEPTH: usize = 2;
+
+/// Rest, wherever that is.
+const RESTING: Motion = Motion {
+    node: 0,
+    left: 0.0,
+    v: 0.0,
+    a: 0.0,
+};
 
 /// Ticks from rest in which whole ticks matter.
 const SOON: f32 = 16.0;
-
-/// Shares of the limits of its ends that a leg is tried with.
-const LEGS: [f32; 2] = [0.99, 0.7];
 
 /// Where between its ends a leg's deceleration is judged, as the share of the first velocity.
 const MIDDLE: f32 = 0.7;
@@ -59,6 +67,8 @@ pub(super) enum Part {
     Step { jerk: f32, ticks: u32 },
     /// Down to velocity `to`, path units/s, and zero acceleration, in phases of whole ticks.
     Leg { to: f32, ticks: [u32; 3] },
+    /// The acceleration let go in whole ticks.
+    Release { ticks: u32 },
 }
 
 impl Part {
@@ -70,21 +80,33 @@ impl Part {
                 ticks: [ticks, 0, 0],
             }),
             Self::Leg { to, ticks } => Course::slowing(at, to, ticks, h),
+            Self::Release { ticks } => Some(Course::release(at, ticks, h)),
         }
     }
 }
+
+/// How a part of a way is made.
+#[derive(Clone, Copy, Debug)]
+enum Kind {
+    /// The acceleration is let go.
+    Release,
+    /// Down to the velocity limit at the end of a node.
+    Limit { to: f32, index: usize },
+    /// To rest in one leg.
+    Halt,
+    /// To rest step by step.
+    Descend,
+}
+
+/// A kind, and the share of the limits that is taken.
+type Move = (Kind, f32);
 
 /// A way to rest.
 #[derive(Clone, Debug)]
 pub(super) struct Way {
     /// The last of them first.
     parts: Vec<Part, PARTS>,
-    /// Share of the limits it brakes with.
-    share: f32,
-    /// In one leg.
-    straight: bool,
-    /// Velocity limit that a leg leads to first, and share of the limits that takes.
-    via: Option<(f32, usize, f32)>,
+    moves: Vec<Move, MOVES>,
 }
 
 impl Way {
@@ -92,14 +114,10 @@ impl Way {
     pub(super) const fn new() -> Self {
         Self {
             parts: Vec::new(),
-            share: 1.0,
-            straight: true,
-            via: None,
+            moves: Vec::new(),
         }
     }
 
-    pub(super) fn len(&self) -> usize { self.parts.len() }
-    pub(super) fn kind(&self) -> (bool, Option<(f32, usize, f32)>) { (self.straight, self.via) }
     /// The next part.
     pub(super) fn next(&self) -> Option<&Part> {
         self.parts.last()
@@ -112,60 +130,104 @@ impl Way {
 }
 
 impl View<'_> {
-    /// A way to rest from `at` that keeps every limit, of the same kind as `known`.
+    /// A way to rest from `at` that keeps every limit, made by the same moves as `known`.
     pub(super) fn same_refuge(&self, at: &Motion, known: &Way) -> Option<Way> {
         crate::planner::CNT[7].fetch_add(1, core::sync::atomic::Ordering::Relaxed);
-        self.way(at, known.straight, known.share, known.via)
+        let mut way = Way::new();
+        let mut at = *at;
+        for &to in &known.moves {
+            at = self.go(&mut way, &at, to)?;
+        }
+        way.parts.reverse();
+        (at.v <= 0.0).then_some(way)
     }
 
     /// A way to rest from `at` that keeps every limit.
     pub(super) fn refuge(&self, at: &Motion) -> Option<Way> {
         crate::planner::CNT[4].fetch_add(1, core::sync::atomic::Ordering::Relaxed);
-        let any = |via| {
-            KINDS
-                .iter()
-                .find_map(|&(straight, share)| self.way(at, straight, share, via))
-        };
-        any(None).or_else(|| {
-            let (to, last) = self.tightest(at)?;
-            LEGS.iter().find_map(|&leg| any(Some((to, last, leg))))
-        })
+        let mut way = Way::new();
+        let found = self.search(&mut way, at, DEPTH);
+        way.parts.reverse();
+        found.then_some(way)
     }
 
-    /// Braking from `at` with `share` of what is allowed, behind a leg `via` some velocity.
-    fn way(
-        &self,
-        at: &Motion,
-        straight: bool,
-        share: f32,
-        via: Option<(f32, usize, f32)>,
-    ) -> Option<Way> {
-        let mut way = Way {
-            parts: Vec::new(),
-            share,
-            straight,
-            via: None,
+    /// Adds a way to rest from `at` of at most `depth` + 1 moves to `way`; leaves it as it is if there is none.
+    fn search(&self, way: &mut Way, at: &Motion, depth: usize) -> bool {
+        let (parts, moves) = (way.parts.len(), way.moves.len());
+        let back = |way: &mut Way| {
+            way.parts.truncate(parts);
+            way.moves.truncate(moves);
         };
-        let mut at = *at;
-        if let Some((to, last, leg)) = via {
-            if to < at.v && last >= at.node {
-                let part = self.leg(&at, to, self.grip(&at, to, last).share(leg))?;
-                at = self.take(&mut way, &at, part)?;
-                way.via = via;
-            }
-        }
-        if straight {
-            self.halt(&mut way, &at)?;
+        let ends: &[Move] = if self.nodes.get(at.node).brisk {
+            &[(Kind::Halt, 0.99), (Kind::Descend, 0.99), (Kind::Descend, 0.7)]
         } else {
-            self.descend(&mut way, at)?;
+            &[(Kind::Halt, 0.99), (Kind::Halt, 0.7)]
+        };
+        for &to in ends {
+            if self.go(way, at, to).is_some() {
+                return true;
+            }
+            back(way);
         }
-        way.parts.reverse();
-        Some(way)
+        if depth == 0 {
+            return false;
+        }
+        let mut next = |way: &mut Way, to: Move| {
+            let found = self
+                .go(way, at, to)
+                .is_some_and(|end| self.search(way, &end, depth - 1));
+            if !found {
+                back(way);
+            }
+            found
+        };
+        if at.a != 0.0 && [0.99, 0.7].iter().any(|&share| next(way, (Kind::Release, share))) {
+            return true;
+        }
+        let Some((to, index)) = self.tightest(at) else {
+            return false;
+        };
+        [0.99, 0.7]
+            .iter()
+            .any(|&share| next(way, (Kind::Limit { to, index }, share)))
+    }
+
+    /// Adds `kind` with `share` of the limits to `way`; the motion at its end.
+    fn go(&self, way: &mut Way, at: &Motion, (kind, share): Move) -> Option<Motion> {
+        let end = match kind {
+            Kind::Halt => {
+                self.halt(way, at, share)?;
+                RESTING
+            }
+            Kind::Descend => {
+                self.descend(way, *at, share)?;
+                RESTING
+            }
+            Kind::Release => {
+                let jerks = self.nodes.get(at.node).limits.jerk(at.v, at.a);
+                let jerk = share * if at.a > 0.0 { jerks.down } else { jerks.up };
+                let ticks = libm::ceilf(at.a.abs() / jerk * self.hz).max(1.0);
+                if !(ticks <= PHASE_MAX as f32) {
+                    return None;
+                }
+                self.take(way, at, Part::Release { ticks: ticks as u32 })?
+            }
+            Kind::Limit { to, index } => {
+                if index < at.node || to >= at.v + at.a.max(0.0) {
+                    // Passed, or nothing to do for it.
+                    return way.moves.push((kind, share)).is_ok().then_some(*at);
+                }
+                let part = self.leg(at, to, self.grip(at, to, index).share(share))?;
+                self.take(way, at, part)?
+            }
+        };
+        way.moves.push((kind, share)).ok()?;
+        Some(end)
     }
 
     /// Adds the leg to rest.
-    fn halt(&self, way: &mut Way, at: &Motion) -> Option<()> {
-        let part = self.leg(at, 0.0, self.grip(at, 0.0, at.node).share(way.share))?;
+    fn halt(&self, way: &mut Way, at: &Motion, share: f32) -> Option<()> {
+        let part = self.leg(at, 0.0, self.grip(at, 0.0, at.node).share(share))?;
         let end = self.take(way, at, part)?;
         self.rests(&end)
     }
@@ -186,7 +248,7 @@ impl View<'_> {
     }
 
     /// Adds the parts down to rest.
-    fn descend(&self, way: &mut Way, mut at: Motion) -> Option<()> {
+    fn descend(&self, way: &mut Way, mut at: Motion, share: f32) -> Option<()> {
         loop {
             if !(at.v > 0.0) {
                 return (at.a == 0.0).then_some(());
@@ -196,13 +258,18 @@ impl View<'_> {
             let rest = limits.jerk(0.0, 0.0).up;
             let release = RELEASE * jerks.up.min(rest);
             let soon = SOON / self.hz;
-            if at.v <= release * soon * soon && self.halt(way, &at).is_some() {
+            if at.v <= release * soon * soon && self.halt(way, &at, SURE).is_some() {
                 return Some(());
             }
             if at.a < 0.0 && at.a * at.a >= 1.9 * release * at.v {
                 return self.rest(way, &at);
             }
-            at = self.brake_step(way, &at, JERK * jerks.down, JERK * jerks.up, release)?;
+            let grip = Grip {
+                a: share * self.deceleration(&at, jerks.up),
+                down: JERK * jerks.down,
+                up: JERK * jerks.up,
+            };
+            at = self.brake_step(way, &at, grip, release)?;
         }
     }
 
@@ -211,12 +278,12 @@ impl View<'_> {
         &self,
         way: &mut Way,
         at: &Motion,
-        down: f32,
-        up: f32,
+        grip: Grip,
         release: f32,
     ) -> Option<Motion> {
         let tick = 1.0 / self.hz;
-        let goal = -way.share * self.deceleration(at, up);
+        let Grip { a, down, up } = grip;
+        let goal = -a;
         let ramp = (goal - at.a).abs();
         let scale = if ramp < STEADY * goal.abs() {
             PART * at.v / goal.abs()
@@ -333,6 +400,11 @@ impl View<'_> {
             Part::Step { jerk, ticks } => {
                 let unit = UNIT / (self.hz * self.hz * self.hz);
                 Some([((jerk * unit) as i64, ticks), (0, 0), (0, 0)])
+            }
+            Part::Release { ticks } => {
+                // Where that leads is given.
+                let jerk = -self.state.a / i128::from(ticks);
+                Some([(i64::try_from(jerk).ok()?, ticks), (0, 0), (0, 0)])
             }
             Part::Leg { to, ticks } => slow(&self.state, (to / self.hz * UNIT) as i128, ticks),
         }
