@@ -89,7 +89,7 @@ impl Course {
 }
 
 /// Ticks within one node from which on the middle of a step is looked at, too.
-const LONG: u32 = 16;
+const LONG: u32 = 6;
 
 /// What of a limit may be exceeded, relative.
 #[derive(Clone, Copy, Debug)]
@@ -159,7 +159,7 @@ impl View<'_> {
                     return None;
                 }
                 // Where the jerk or the node ends; within, what is asked of the axes hardly bends.
-                let ends = remaining == 0 || (next.node < last && next.left < 0.0);
+                let ends = n > 1 || remaining == 0 || (next.node < last && next.left < 0.0);
                 if ends && !limits.keeps([next.v.max(0.0), next.a, jerk], tolerance.a) {
                     return None;
                 }

@@ -158,11 +158,7 @@ impl View<'_> {
             way.parts.truncate(parts);
             way.moves.truncate(moves);
         };
-        let ends: &[Move] = if self.nodes.get(at.node).brisk {
-            &[(Kind::Halt, 0.99), (Kind::Descend, 0.99), (Kind::Descend, 0.7)]
-        } else {
-            &[(Kind::Halt, 0.99), (Kind::Halt, 0.7)]
-        };
+        let ends: &[Move] = &[(Kind::Halt, 0.99), (Kind::Halt, 0.85), (Kind::Halt, 0.7)];
         for &to in ends {
             if self.go(way, at, to).is_some() {
                 return true;
