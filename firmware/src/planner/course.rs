@@ -88,6 +88,9 @@ impl Course {
     }
 }
 
+/// Ticks around a joint whose differences see both sides of it.
+const AROUND: f32 = 2.0;
+
 /// Ticks within one node from which on the middle of a step is looked at, too.
 const LONG: u32 = 6;
 
@@ -133,7 +136,7 @@ impl View<'_> {
                 let limits = &self.nodes.get(at.node).limits;
                 limits.keeps([at.v.max(0.0), at.a, jerk], tolerance.a)
             };
-            if ticks > 0 && !begins(&at) {
+            if ticks > 0 && !(begins(&at) && self.beside(&at, jerk, last, tolerance)) {
                 return None;
             }
             let mut remaining = ticks;
@@ -184,7 +187,24 @@ impl View<'_> {
                 }
                 at = next;
             }
+            if ticks > 0 && !self.beside(&at, jerk, last, tolerance) {
+                return None;
+            }
         }
         Some(at)
+    }
+
+    /// Whether `jerk` is allowed beyond the joints that the differences of a few ticks see from `at`.
+    fn beside(&self, at: &Motion, jerk: f32, last: usize, tolerance: Tolerance) -> bool {
+        let near = AROUND * at.v / self.hz;
+        let here = self.nodes.get(at.node);
+        let keeps = |index: usize| {
+            let limits = &self.nodes.get(index).limits;
+            limits.keeps([at.v.clamp(0.0, limits.v), at.a, jerk], tolerance.a)
+        };
+        let behind = at.node > 0 && here.length - at.left < near;
+        let ahead = at.node < last && at.left < near;
+        let behind = behind && !self.nodes.get(at.node - 1).stop;
+        !(behind && !keeps(at.node - 1)) && !(ahead && !here.stop && !keeps(at.node + 1))
     }
 }

@@ -408,6 +408,8 @@ impl View<'_> {
 
     /// To rest whatever that takes.
     pub(super) fn forced(&self) -> Phases {
+        #[cfg(not(target_os = "none"))]
+        if std::env::var("PE").is_ok() { std::eprintln!("FORCED"); }
         let at = self.motion();
         self.leg(&at, 0.0, self.grip(&at, 0.0, at.node))
             .and_then(|leg| self.exactly(&leg))
