@@ -92,6 +92,8 @@ enum Kind {
     Release,
     /// Down to the velocity limit at the end of a node.
     Limit { to: f32, index: usize },
+    /// Down to a part of the velocity.
+    Slower(f32),
     /// To rest in one leg.
     Halt,
     /// To rest step by step.
@@ -158,7 +160,7 @@ impl View<'_> {
             way.parts.truncate(parts);
             way.moves.truncate(moves);
         };
-        let ends: &[Move] = &[(Kind::Halt, 0.99), (Kind::Halt, 0.85), (Kind::Halt, 0.7)];
+        let ends: &[Move] = &[(Kind::Halt, 0.99), (Kind::Halt, 0.8), (Kind::Halt, 0.6), (Kind::Halt, 0.4)];
         for &to in ends {
             if self.go(way, at, to).is_some() {
                 return true;
@@ -186,6 +188,7 @@ impl View<'_> {
         [0.99, 0.7]
             .iter()
             .any(|&share| next(way, (Kind::Limit { to, index }, share)))
+            || [0.85, 0.6].iter().any(|&part| next(way, (Kind::Slower(part), 0.9)))
     }
 
     /// Adds `kind` with `share` of the limits to `way`; the motion at its end.
@@ -198,6 +201,11 @@ impl View<'_> {
             Kind::Descend => {
                 self.descend(way, *at, share)?;
                 RESTING
+            }
+            Kind::Slower(part) => {
+                let to = part * at.v;
+                let leg = self.leg(at, to, self.grip(at, to, at.node).share(share))?;
+                self.take(way, at, leg)?
             }
             Kind::Release => {
                 let jerks = self.nodes.get(at.node).limits.jerk(at.v, at.a);
