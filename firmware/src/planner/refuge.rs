@@ -25,7 +25,7 @@ const SURE: f32 = 0.97;
 
 /// Moves of a way to rest, and those before the last one.
 const MOVES: usize = DEPTH + 1;
-const DEPTH: usize = 2;
+const DEPTH: usize = 1;
 
 /// Rest, wherever that is.
 const RESTING: Motion = Motion {
@@ -160,7 +160,7 @@ impl View<'_> {
             way.parts.truncate(parts);
             way.moves.truncate(moves);
         };
-        let ends: &[Move] = &[(Kind::Halt, 0.99), (Kind::Halt, 0.8), (Kind::Halt, 0.6), (Kind::Halt, 0.4)];
+        let ends: &[Move] = &[(Kind::Halt, 0.99), (Kind::Halt, 0.8), (Kind::Halt, 0.6), (Kind::Halt, 0.4), (Kind::Halt, 0.25), (Kind::Halt, 0.15)];
         for &to in ends {
             if self.go(way, at, to).is_some() {
                 return true;
