@@ -21,7 +21,7 @@ const TICKS_MAX: u32 = 10;
 /// Phases of a rest-to-rest move, in ticks, that are tried at most where they are longer than the limits ask for.
 const HOPS: u32 = 6;
 
-const FULL: u32 = 6;
+const FULL: u32 = 2;
 /// Halvings of the range of jerks.
 const HALVINGS: u32 = 6;
 

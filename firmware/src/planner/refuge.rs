@@ -188,7 +188,7 @@ impl View<'_> {
         [0.99, 0.7]
             .iter()
             .any(|&share| next(way, (Kind::Limit { to, index }, share)))
-            || [0.85, 0.6].iter().any(|&part| next(way, (Kind::Slower(part), 0.9)))
+
     }
 
     /// Adds `kind` with `share` of the limits to `way`; the motion at its end.
