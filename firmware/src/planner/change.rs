@@ -10,7 +10,7 @@ use core::sync::atomic::Ordering::Acquire;
 
 use super::brake::{brake, slow, Grip, Phases};
 use super::course::{Motion, TAKING};
-use super::limits::PathLimits;
+use super::limits::{PathLimits, Share};
 use super::profile::{View, SLACK, UNIT};
 use super::refuge::Way;
 use super::tempo::{Change, Request, Schedule, Tempo};
@@ -69,7 +69,7 @@ impl View<'_> {
     /// The way to rest from `at` within the limits of the nodes, if the motion can go on there.
     fn settled(&self, at: &Motion) -> Option<Way> {
         let limits = &self.nodes.get(at.node).limits;
-        let within = at.v <= limits.v * SLACK && limits.keeps([at.v, at.a, 0.0], SLACK);
+        let within = at.v <= limits.v * SLACK && self.keeps(at.node, [at.v, at.a, 0.0], Share::ALL.loose(SLACK));
         within.then(|| self.refuge(at)).flatten()
     }
 
@@ -80,7 +80,7 @@ impl View<'_> {
         let mut left = at.left;
         let mut index = at.node;
         while index < self.last {
-            let PathLimits { a, j } = self.nodes.get(index).limits.at(at.v);
+            let PathLimits { a, j } = self.at(index, at.v);
             if !(a > 0.0) || left > 1.2 * brake(at.v, at.a, v.min(at.v), Grip::even(a, j)).distance {
                 break;
             }
@@ -266,7 +266,7 @@ impl Planner<'_> {
         let view = self.view(config);
         let course = match &self.pace.slowing {
             Some(slowing) => view.course(&slowing.phases),
-            None => self.pace.way.next()?.course(&view.motion(), 1.0 / view.hz)?,
+            None => self.pace.way.last()?.course(&view.motion(), 1.0 / view.hz)?,
         };
         let mut phases = course.jerk.into_iter().zip(course.ticks);
         phases.find(|&(_, ticks)| ticks > 0)
@@ -286,9 +286,9 @@ impl Planner<'_> {
     /// On along the way to rest.
     pub(super) fn go_on(&mut self, config: &Config) {
         if self.pace.slowing.is_none() {
-            let part = self.pace.way.pop();
+            let leg = self.pace.way.pop();
             let view = self.view(config);
-            let phases = part.and_then(|part| view.exactly(&part));
+            let phases = leg.and_then(|leg| view.exactly(&leg));
             let phases = phases.unwrap_or_else(|| view.forced());
             self.pace.slowing = Some(Slowing {
                 phases,

@@ -4,6 +4,7 @@
 //! where a limit breaks on the way. Sums over ticks in closed form, as [`PathState::after`](crate::interpolator::PathState::after)
 //! has them in integers; many of these predictions are made for each piece that is planned.
 
+use super::limits::Share;
 use super::profile::View;
 
 /// Motion in SI-like units.
@@ -127,16 +128,15 @@ impl View<'_> {
         last: usize,
         tolerance: Tolerance,
     ) -> Option<Motion> {
-        crate::planner::CNT[3].fetch_add(1, core::sync::atomic::Ordering::Relaxed);
         let h = 1.0 / self.hz;
         let mut at = *from;
         let mut fastest = from.v;
+        let all = Share::ALL.loose(tolerance.a);
         for (&jerk, &ticks) in course.jerk.iter().zip(&course.ticks) {
-            let begins = |at: &Motion| {
-                let limits = &self.nodes.get(at.node).limits;
-                limits.keeps([at.v.max(0.0), at.a, jerk], tolerance.a)
+            let keeps = |at: &Motion, slack: Share| {
+                self.keeps(at.node, [at.v.max(0.0), at.a, jerk], slack)
             };
-            if ticks > 0 && !(begins(&at) && self.beside(&at, jerk, last, tolerance)) {
+            if ticks > 0 && !(keeps(&at, all) && self.beside(&at, jerk, last, tolerance)) {
                 return None;
             }
             let mut remaining = ticks;
@@ -157,30 +157,32 @@ impl View<'_> {
                 remaining -= n;
                 let v = speeds[1];
                 fastest = fastest.max(v);
-                let limits = &self.nodes.get(at.node).limits;
-                if v > limits.v * tolerance.v || speeds[0] < -tolerance.back * fastest {
+                let node = self.nodes.get(at.node);
+                if v > node.limits.v * tolerance.v || speeds[0] < -tolerance.back * fastest {
                     return None;
                 }
                 // Where the jerk or the node ends; within, what is asked of the axes hardly bends.
                 let ends = n > 1 || remaining == 0 || (next.node < last && next.left < 0.0);
-                if ends && !limits.keeps([next.v.max(0.0), next.a, jerk], tolerance.a) {
+                let over = next.node < last && next.left < 0.0;
+                let share = if over { node.exit_share.loose(tolerance.a) } else { all };
+                if ends && !keeps(&next, share) {
                     return None;
                 }
                 if n > LONG {
                     let middle = at.after(jerk, (n / 2) as f32, h);
-                    if !limits.keeps([middle.v.max(0.0), middle.a, jerk], tolerance.a) {
+                    if !keeps(&middle, all) {
                         return None;
                     }
                 }
                 while next.node < last && next.left < 0.0 {
                     let node = self.nodes.get(next.node);
-                    let (exit, stop) = (node.exit_v, node.stop);
+                    let (exit, share, stop) = (node.exit_v, node.exit_share, node.stop);
                     next.node += 1;
                     let inside = self.nodes.get(next.node);
                     next.left += inside.length;
                     if stop
                         || v > exit.min(inside.limits.v) * tolerance.v
-                        || !begins(&next)
+                        || !keeps(&next, share.loose(tolerance.a))
                     {
                         return None;
                     }
@@ -198,13 +200,16 @@ impl View<'_> {
     fn beside(&self, at: &Motion, jerk: f32, last: usize, tolerance: Tolerance) -> bool {
         let near = AROUND * at.v / self.hz;
         let here = self.nodes.get(at.node);
-        let keeps = |index: usize| {
-            let limits = &self.nodes.get(index).limits;
-            limits.keeps([at.v.clamp(0.0, limits.v), at.a, jerk], tolerance.a)
+        // `joint` is the node in front of it.
+        let keeps = |index: usize, joint: usize| {
+            let share = self.nodes.get(joint).exit_share.loose(tolerance.a);
+            let v = at.v.clamp(0.0, self.nodes.get(index).limits.v);
+            self.keeps(index, [v, at.a, jerk], share)
         };
+        let both = |joint: usize| keeps(joint, joint) && keeps(joint + 1, joint);
         let behind = at.node > 0 && here.length - at.left < near;
         let ahead = at.node < last && at.left < near;
         let behind = behind && !self.nodes.get(at.node - 1).stop;
-        !(behind && !keeps(at.node - 1)) && !(ahead && !here.stop && !keeps(at.node + 1))
+        (!behind || both(at.node - 1)) && (!ahead || here.stop || both(at.node))
     }
 }

@@ -168,9 +168,8 @@ impl View<'_> {
     }
 
     fn limits_at(&self, index: usize, v: f32) -> PathLimits {
-        let limits = &self.nodes.get(index).limits;
-        let PathLimits { a, j } = limits.at(v);
-        let still = limits.acceleration(0.0);
+        let PathLimits { a, j } = self.at(index, v);
+        let still = self.acceleration(index, 0.0);
         PathLimits {
             a: a.max(LEAST * still.down.min(still.up)),
             j,

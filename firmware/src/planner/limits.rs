@@ -4,7 +4,6 @@
 //! `q' v`, `q' a + q'' v^2` and `q' j + 3 q'' v a + q''' v^3` (chain rule). What the curve terms leave of the axis
 //! limits is free for changing speed, and it is the more the slower the motion is: limits are functions of v.
 
-use core::sync::atomic::Ordering::Relaxed;
 use super::span::Span;
 use crate::config::{AxisConfig, Config};
 use crate::geometry::arc::{PathDerivatives, PathShape};
@@ -21,9 +20,65 @@ const LEAST_JERK: f32 = 0.02;
 /// Slope below which an axis does not count as moving along, axis units per path unit.
 const LEAST_SLOPE: f32 = 1.0e-6;
 /// Share of an axis' jerk that passing a joint may take.
-const JOINT_SHARE: f32 = 0.3;
+const JOINT_SHARE: f32 = 0.95;
+/// Halvings of the range in which the velocity over a joint is looked for.
+const JOINT_HALVINGS: u32 = 12;
+/// Share of an axis' acceleration that passing a joint may take where jerk is not limited.
+const JOINT_ACCELERATION: f32 = 0.5;
+/// A step in the second derivative falls between two ticks; the third difference sees at most this share of it at once
+/// (a step at the fraction f of a tick is seen as (1-f)^2/2, 1/2 + f - f^2 and f^2/2 in three successive ticks).
+const SAMPLED_STEP: f32 = 0.75;
 /// A joint slower than this share of the feed becomes an exact stop.
 const STOP_SHARE: f32 = 0.02;
+
+/// Limits of the axes that path motion has to keep: acceleration and jerk, axis units, s.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Rates {
+    /// Acceleration.
+    pub a: AxisVec,
+    /// Jerk.
+    pub j: AxisVec,
+}
+
+impl Rates {
+    /// None yet.
+    pub const NONE: Self = Self {
+        a: [0.0; AXES],
+        j: [0.0; AXES],
+    };
+
+    /// Those of the machine; jerk-limited if `soft`.
+    #[must_use]
+    pub fn new(config: &Config, soft: bool) -> Self {
+        Self {
+            a: core::array::from_fn(|i| config.axes[i].a_max),
+            j: core::array::from_fn(|i| axis_jerk(config, i, soft)),
+        }
+    }
+}
+
+/// Shares of the limits of the axes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Share {
+    /// Of acceleration.
+    pub a: f32,
+    /// Of jerk.
+    pub j: f32,
+}
+
+impl Share {
+    /// All.
+    pub const ALL: Self = Self { a: 1.0, j: 1.0 };
+
+    /// Loosened by the factor `slack`.
+    #[must_use]
+    pub fn loose(self, slack: f32) -> Self {
+        Self {
+            a: self.a * slack,
+            j: self.j * slack,
+        }
+    }
+}
 
 /// Limits at one velocity, whichever way: mm (or degree), s.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -89,9 +144,6 @@ pub struct CurveLimits {
     pub v: f32,
     /// q', q'' and q''' of the axes.
     ranges: [[Span; AXES]; 3],
-    /// Acceleration and jerk of the axes that the joints leave, axis units.
-    a: AxisVec,
-    j: AxisVec,
 }
 
 impl CurveLimits {
@@ -99,8 +151,6 @@ impl CurveLimits {
     pub const NONE: Self = Self {
         v: 0.0,
         ranges: [[Span::ZERO; AXES]; 3],
-        a: [0.0; AXES],
-        j: [0.0; AXES],
     };
 
     /// q', q'' and q''' of axis `i`.
@@ -113,18 +163,17 @@ impl CurveLimits {
     /// Accelerations allowed at velocity `v`: `|q' a + q'' v^2|` within the acceleration of every axis, and
     /// `|3 q'' v a + q''' v^3|` within what jerk leaves, so that it can be changed again.
     #[must_use]
-    pub fn acceleration(&self, v: f32) -> Range {
-        crate::planner::CNT[1].fetch_add(1, Relaxed);
+    pub fn acceleration(&self, rates: &Rates, v: f32) -> Range {
         let v = v.min(self.v);
         let (square, thrice) = (v * v, 3.0 * v);
         let cube = square * v;
         let mut range = Range::ALL;
         for i in 0..AXES {
             let [first, second, third] = self.of_axis(i);
-            let below = (self.a[i] + square * second.low()).max(0.0);
-            let above = (self.a[i] - square * second.high()).max(0.0);
+            let below = (rates.a[i] + square * second.low()).max(0.0);
+            let above = (rates.a[i] - square * second.high()).max(0.0);
             range.keep(first.low(), first.high(), below, above);
-            let rate = NEUTRAL_SHARE * self.j[i];
+            let rate = NEUTRAL_SHARE * rates.j[i];
             let below = (rate + cube * third.low()).max(0.0);
             let above = (rate - cube * third.high()).max(0.0);
             range.keep(thrice * second.low(), thrice * second.high(), below, above);
@@ -135,16 +184,15 @@ impl CurveLimits {
     /// Jerks allowed at velocity `v` and acceleration `a`: `|q' j + 3 q'' v a + q''' v^3|` within the jerk of every
     /// axis.
     #[must_use]
-    pub fn jerk(&self, v: f32, a: f32) -> Range {
-        crate::planner::CNT[2].fetch_add(1, Relaxed);
+    pub fn jerk(&self, rates: &Rates, v: f32, a: f32) -> Range {
         let v = v.min(self.v);
         let (cross, cube) = (3.0 * v * a, v * v * v);
         let mut range = Range::ALL;
         for i in 0..AXES {
             let [first, second, third] = self.of_axis(i);
             let (x, y) = (cross * second.low(), cross * second.high());
-            let rate = self.j[i];
-            let floor = LEAST_JERK * self.j[i];
+            let rate = rates.j[i];
+            let floor = LEAST_JERK * rates.j[i];
             let below = (rate + x.min(y) + cube * third.low()).max(floor);
             let above = (rate - x.max(y) - cube * third.high()).max(floor);
             range.keep(first.low(), first.high(), below, above);
@@ -152,52 +200,54 @@ impl CurveLimits {
         range
     }
 
-    /// Whether every axis stays within its jerk and within its acceleration at velocity `v`, acceleration `a`
-    /// and jerk `j` of the path (formulae above), both a little loosened by `slack`.
+    /// Whether every axis stays within `share` of its acceleration and jerk at velocity `v`, acceleration `a` and
+    /// jerk `j` of the path (formulae above).
     #[must_use]
-    pub fn keeps(&self, [v, a, j]: [f32; 3], slack: f32) -> bool {
-        #[cfg(not(target_os = "none"))] crate::planner::CNT[0].fetch_add(1, Relaxed);
+    pub fn keeps(&self, rates: &Rates, [v, a, j]: [f32; 3], share: Share) -> bool {
         let (square, cross, cube) = (v * v, 3.0 * v * a, v * v * v);
         (0..AXES).all(|i| {
             let [first, second, third] = self.of_axis(i);
             let [low, high] = sum([scaled(first, a), scaled(second, square), [0.0; 2]]);
-            let most = slack * self.a[i];
+            let most = share.a * rates.a[i];
             let [least, largest] = sum([
                 scaled(first, j),
                 scaled(second, cross),
                 scaled(third, cube),
             ]);
-            let jerk = slack * self.j[i];
+            let jerk = share.j * rates.j[i];
             low >= -most && high <= most && least >= -jerk && largest <= jerk
         })
     }
 
     /// Limits that hold at `v`, whichever way the motion is changed.
     #[must_use]
-    pub fn at(&self, v: f32) -> PathLimits {
-        let Range { down, up } = self.acceleration(v);
+    pub fn at(&self, rates: &Rates, v: f32) -> PathLimits {
+        let Range { down, up } = self.acceleration(rates, v);
         let a = down.min(up);
-        let [x, y] = [a, -a].map(|a| self.jerk(v, a));
+        let [x, y] = [a, -a].map(|a| self.jerk(rates, v, a));
         PathLimits {
             a,
             j: x.down.min(x.up).min(y.down).min(y.up),
         }
     }
 
-    /// Inside a segment whose largest velocity is `v`, with what its joints already take.
+    /// Jerk allowed at standstill, either sign.
     #[must_use]
-    pub fn new(
-        config: &Config,
-        shape: &PathShape,
-        v: f32,
-        soft: bool,
-        joints: &[JointCost; 2],
-    ) -> Self {
+    pub fn still_jerk(&self, rates: &Rates) -> f32 {
+        let mut range = Range::ALL;
+        for (first, &j) in self.ranges[0].iter().zip(&rates.j) {
+            range.keep(first.low(), first.high(), j, j);
+        }
+        range.up
+    }
+
+    /// Inside a segment whose largest velocity is `v`.
+    #[must_use]
+    pub fn new(shape: &PathShape, v: f32) -> Self {
         let PathShape { low, high, .. } = shape;
         let span = |low: &AxisVec, high: &AxisVec| -> [Span; AXES] {
             core::array::from_fn(|i| Span::new(low[i], high[i]))
         };
-        let [before, after] = joints;
         Self {
             v,
             ranges: [
@@ -205,10 +255,6 @@ impl CurveLimits {
                 span(&low.second, &high.second),
                 span(&low.third, &high.third),
             ],
-            a: core::array::from_fn(|i| config.axes[i].a_max - before.a[i].max(after.a[i])),
-            j: core::array::from_fn(|i| {
-                axis_jerk(config, i, soft) - before.j[i].max(after.j[i])
-            }),
         }
     }
 }
@@ -230,33 +276,21 @@ fn sum(parts: [[f32; 2]; 3]) -> [f32; 2] {
     [x[0] + y[0] + z[0], x[1] + y[1] + z[1]]
 }
 
-/// What passing a joint costs each axis.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct JointCost {
-    /// Acceleration seen in the tick of the joint.
-    pub a: AxisVec,
-    /// Jerk seen in the ticks around the joint.
-    pub j: AxisVec,
+/// Verdict on one joint.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Joint {
+    /// Largest path velocity over the joint; 0 is an exact stop.
+    pub v: f32,
+    /// What passing it at that velocity leaves of the limits in the ticks around it.
+    pub share: Share,
 }
 
 impl Joint {
     /// The path comes to rest there: nothing is passed, nothing is taken.
     pub const STOP: Self = Self {
         v: 0.0,
-        cost: JointCost {
-            a: [0.0; AXES],
-            j: [0.0; AXES],
-        },
+        share: Share::ALL,
     };
-}
-
-/// Verdict on one joint.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Joint {
-    /// Largest path velocity over the joint; 0 is an exact stop.
-    pub v: f32,
-    /// Cost at that velocity.
-    pub cost: JointCost,
 }
 
 /// What rounding of commanded positions may add to a third difference of them, units of 2^-32 step: each is off by half a
@@ -314,9 +348,9 @@ pub fn velocity_limit(
 /// How fast the joint from `before` to `after` may be passed, given the velocity `v` both sides allow.
 ///
 /// A step in q' is a velocity step within one servo tick: `|dq'| v / dt` of acceleration and
-/// `|dq'| v / dt^2` of jerk in the sampled motion; a step in q'' is `|dq''| v^2 / dt` of jerk; path
-/// acceleration a turned by a step in q' is `|dq'| a / dt`. All must fit into the share of the axis' jerk set aside for joints, or the axis' configured corner
-/// velocity step must cover the first.
+/// `|dq'| v / dt^2` of jerk in the sampled motion; a step in q'' is [`SAMPLED_STEP`] `|dq''| v^2 / dt` of jerk; path
+/// acceleration a turned by a step in q' is `|dq'| a / dt`. All must fit into the share of the axis' jerk set aside for
+/// joints, or the axis' configured corner velocity step must cover the first.
 #[must_use]
 pub fn joint(
     config: &Config,
@@ -328,39 +362,61 @@ pub fn joint(
     let hz = config.servo_hz as f32;
     let mut allowed = v;
     for a in 0..AXES {
+        let axis = &config.axes[a];
         let step1 = (after.first[a] - before.first[a]).abs();
-        let step2 = (after.second[a] - before.second[a]).abs();
+        let step2 = SAMPLED_STEP * (after.second[a] - before.second[a]).abs();
+        if !soft {
+            let step = (JOINT_ACCELERATION * axis.a_max / hz).max(axis.corner_step);
+            if allowed * step1 > step {
+                allowed = step / step1;
+            }
+            continue;
+        }
         // Path acceleration changes its direction with the tangent, too. A kink that turns the largest acceleration into
         // more than the share leaves nothing for passing at speed.
-        let turned = step1 * config.axes[a].a_max * hz;
-        let jerk = (JOINT_SHARE * axis_jerk(config, a, soft) - turned).max(0.0);
-        // Positive root of step2 hz v^2 + step1 hz^2 v = jerk, in the form that does not cancel.
-        let b = step1 * hz * hz;
-        let root = sqrt(b * b + 4.0 * step2 * hz * jerk);
-        let smooth = if b + root > 0.0 {
-            2.0 * jerk / (b + root)
-        } else {
-            f32::MAX
-        };
+        let turned = step1 * axis.a_max * hz;
+        let third = before.third[a].abs().max(after.third[a].abs());
+        let room = JOINT_SHARE * axis_jerk(config, a, soft) - turned;
+        let taken = |v: f32| v * (step1 * hz * hz + v * (step2 * hz + v * third));
+        if step1 + step2 <= 0.0 || taken(allowed) <= room {
+            continue;
+        }
+        // Rises with the velocity all the way.
+        let (mut good, mut bad) = (0.0, allowed);
+        if room > 0.0 {
+            for _ in 0..JOINT_HALVINGS {
+                let middle = 0.5 * (good + bad);
+                if taken(middle) <= room {
+                    good = middle;
+                } else {
+                    bad = middle;
+                }
+            }
+        }
         let corner = if step1 > 0.0 {
-            config.axes[a].corner_step / step1
+            axis.corner_step / step1
         } else {
             0.0
         };
-        allowed = allowed.min(smooth.max(corner));
+        allowed = allowed.min(good.max(corner));
     }
     if allowed < STOP_SHARE * v {
+        // The joint is a stop: nothing is passed, nothing is taken.
         return Joint::STOP;
     }
-    let mut cost = JointCost::default();
+    let mut share = Share::ALL;
     for a in 0..AXES {
         let step1 = (after.first[a] - before.first[a]).abs();
-        let step2 = (after.second[a] - before.second[a]).abs();
-        let share = JOINT_SHARE * axis_jerk(config, a, soft);
-        cost.a[a] = (step1 * allowed * hz).min(0.5 * config.axes[a].a_max);
-        let turned = step1 * config.axes[a].a_max * hz;
-        cost.j[a] =
-            (turned + step1 * allowed * hz * hz + step2 * allowed * allowed * hz).min(share);
+        let step2 = SAMPLED_STEP * (after.second[a] - before.second[a]).abs();
+        let limit = axis_jerk(config, a, soft);
+        let axis = &config.axes[a];
+        let taken = (step1 * allowed * hz).min(0.5 * axis.a_max);
+        share.a = share.a.min(1.0 - taken / axis.a_max);
+        let turned = step1 * axis.a_max * hz;
+        let taken = turned + step1 * allowed * hz * hz + step2 * allowed * allowed * hz;
+        if soft {
+            share.j = share.j.min(1.0 - taken.min(JOINT_SHARE * limit) / limit);
+        }
     }
-    Joint { v: allowed, cost }
+    Joint { v: allowed, share }
 }

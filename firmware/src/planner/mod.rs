@@ -4,7 +4,6 @@
 //! and [`Piece`]s of constant jerk that say how to run along them. Segments never change once queued; hold
 //! and starvation only change s(t), so the tool cannot leave the path.
 
-pub static CNT: [core::sync::atomic::AtomicU64; 8] = [const { core::sync::atomic::AtomicU64::new(0) }; 8];
 pub mod brake;
 mod change;
 mod course;
@@ -28,7 +27,7 @@ use crate::machine::shared::Shared;
 use crate::machine::Event;
 use crate::units::Position;
 use change::Pace;
-use limits::{joint, velocity_limit, CurveLimits, Joint};
+use limits::{joint, velocity_limit, CurveLimits, Joint, Rates};
 use nodes::{Node, Nodes};
 use profile::{Decision, View, LOOK_AHEAD};
 use refuge::Way;
@@ -63,7 +62,6 @@ struct Pending {
     curve_v: f32,
     /// Velocity the program asks for.
     programmed_v: f32,
-    entry: Joints,
 }
 
 impl Pending {
@@ -137,6 +135,8 @@ pub struct Planner<'a> {
     end: Option<Position>,
     /// Running number of the last node that the state was made safe for: the motion can be at rest at its end.
     last: u32,
+    /// Limits of the axes, with jerk and without.
+    rates: [Rates; 2],
 }
 
 impl<'a> Planner<'a> {
@@ -166,6 +166,7 @@ impl<'a> Planner<'a> {
             held: false,
             end: None,
             last: 0,
+            rates: [Rates::NONE; 2],
         }
     }
 
@@ -195,21 +196,22 @@ impl<'a> Planner<'a> {
             shape,
             end,
         } = driven;
-        let mut next = Pending {
+        if self.rates[0] == Rates::NONE {
+            self.rates = [true, false].map(|soft| Rates::new(config, soft));
+        }
+        let next = Pending {
             length_q: segment.length,
             block: segment.block,
             shape: *shape,
             order,
             curve_v: velocity_limit(config, shape, length_of(segment.length), order.soft),
             programmed_v: programmed(config, shape, order.feed),
-            entry: Joints::STOP,
         };
         if let Some(before) = self.pending.take() {
             if before.order.exact_stop || before.shape.rotary_only != shape.rotary_only {
                 self.complete(config, &before, &Joints::STOP);
             } else {
                 let joints = Joints::between(config, &before, &next);
-                next.entry = joints;
                 self.complete(config, &before, &joints);
             }
         }
@@ -227,22 +229,20 @@ impl<'a> Planner<'a> {
             order,
             curve_v,
             programmed_v,
-            entry,
         } = segment;
-        // A joint that is passed faster at a higher override takes more of the limits: set aside for good.
-        let costs = [entry.raised.cost, joints.raised.cost];
         let mut node = Node {
             length_q: *length_q,
             length: length_of(*length_q),
-            limits: CurveLimits::new(config, shape, segment.velocity(100), order.soft, &costs),
+            limits: CurveLimits::new(shape, segment.velocity(100)),
             exit_v: joints.programmed.v,
+            exit_share: joints.programmed.share,
             stop: joints.programmed.v <= 0.0,
             brisk: !order.soft,
             curve_v: *curve_v,
             programmed_v: *programmed_v,
             rapid: !order.feed.is_finite(),
             raised: false,
-            other_exit_v: joints.raised.v,
+            other: joints.raised,
         };
         let tempo = self.tempo_now();
         if tempo != Tempo::PROGRAMMED {
@@ -375,14 +375,7 @@ impl<'a> Planner<'a> {
         if self.change_tempo(config) {
             return true;
         }
-        let dd = self.view(config).decide(self.begun(config), self.known_way(), self.planned);
-        CNT[5].fetch_add(1, Relaxed); if matches!(dd, Decision::GoOn) { CNT[6].fetch_add(1, Relaxed); }
-        if self.planned % 4096 < 10 && std::env::var("PC").is_ok() { let c: [u64; 8] = core::array::from_fn(|i| CNT[i].load(Relaxed)); let t = self.planned as f64; std::eprintln!("ticks {} per tick: keeps {:.1} acc {:.1} jerk {:.1} follow {:.2} refuge {:.2} decisions {:.2} goon {:.2} same {:.2}", self.planned, c[0] as f64/t, c[1] as f64/t, c[2] as f64/t, c[3] as f64/t, c[4] as f64/t, c[5] as f64/t, c[6] as f64/t, c[7] as f64/t); }
-        #[cfg(not(target_os = "none"))]
-        if std::env::var("PE").is_ok() { let v = self.view(config); let m = v.motion(); let n = self.nodes.get(m.node); let r = n.limits.acceleration(m.v); let j = n.limits.jerk(m.v, m.a);
-            let d = match &dd { Decision::Go(j, t, w) => std::format!("go {:.0} {} {:?}", *j as f32 * (v.hz * v.hz * v.hz / profile::UNIT), t, w), Decision::GoOn => std::format!("on {:?}", self.begun(config)), Decision::Land { .. } => "land".into() };
-            std::eprintln!("{} v {:.3} a {:.0} cap {:.3} left {:.3}/{:.3} acc -{:.0}/{:.0} jerk -{:.0}/{:.0}  {}", self.planned, m.v, m.a, n.limits.v, m.left, n.length, r.down, r.up, j.down, j.up, d); }
-        match dd {
+        match self.view(config).decide(self.begun(config), self.known_way()) {
             Decision::Go(jerk, ticks, way) => {
                 self.take_way(way);
                 self.emit(config, &[(jerk, ticks)], PieceEnd::Continue);
@@ -476,6 +469,7 @@ impl<'a> Planner<'a> {
             end: self.known().min(self.cursor + LOOK_AHEAD + 1),
             last: self.last.wrapping_sub(self.first) as usize,
             state: self.state,
+            rates: &self.rates,
             hz: config.servo_hz as f32,
         }
     }

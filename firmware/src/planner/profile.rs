@@ -8,6 +8,7 @@
 
 use super::brake::{brake, hop, land, Phases};
 use super::course::{Course, Motion, PREDICTING, TAKING};
+use super::limits::{PathLimits, Range, Rates, Share};
 use super::nodes::Nodes;
 use super::refuge::Way;
 use crate::interpolator::{widen, PathState, T_FRAC};
@@ -21,7 +22,9 @@ const TICKS_MAX: u32 = 10;
 /// Phases of a rest-to-rest move, in ticks, that are tried at most where they are longer than the limits ask for.
 const HOPS: u32 = 6;
 
+/// The first of them in which a way to rest of another kind is looked for.
 const FULL: u32 = 2;
+
 /// Halvings of the range of jerks.
 const HALVINGS: u32 = 6;
 
@@ -54,6 +57,8 @@ pub struct View<'a> {
     pub last: usize,
     /// State at the end of the last piece.
     pub state: PathState,
+    /// Limits of the axes, with jerk and without.
+    pub(super) rates: &'a [Rates; 2],
     /// Ticks per second.
     pub hz: f32,
 }
@@ -84,6 +89,37 @@ struct StopAhead {
 }
 
 impl View<'_> {
+    fn rates(&self, index: usize) -> &Rates {
+        &self.rates[usize::from(self.nodes.get(index).brisk)]
+    }
+
+    /// Accelerations allowed in node `index` at velocity `v`.
+    pub(super) fn acceleration(&self, index: usize, v: f32) -> Range {
+        let limits = &self.nodes.get(index).limits;
+        limits.acceleration(self.rates(index), v)
+    }
+
+    /// Jerks allowed in node `index` at velocity `v` and acceleration `a`.
+    pub(super) fn jerk(&self, index: usize, v: f32, a: f32) -> Range {
+        self.nodes.get(index).limits.jerk(self.rates(index), v, a)
+    }
+
+    /// Whether node `index` allows velocity, acceleration and jerk `motion` within `share` of the limits.
+    pub(super) fn keeps(&self, index: usize, motion: [f32; 3], share: Share) -> bool {
+        let limits = &self.nodes.get(index).limits;
+        limits.keeps(self.rates(index), motion, share)
+    }
+
+    /// Limits in node `index` at velocity `v`, whichever way the motion is changed.
+    pub(super) fn at(&self, index: usize, v: f32) -> PathLimits {
+        self.nodes.get(index).limits.at(self.rates(index), v)
+    }
+
+    /// Jerk allowed in node `index` at standstill.
+    fn still_jerk(&self, index: usize) -> f32 {
+        self.nodes.get(index).limits.still_jerk(self.rates(index))
+    }
+
     pub(super) fn motion(&self) -> Motion {
         let left = widen(self.nodes.get(self.cursor).length_q) - self.state.s;
         Motion {
@@ -100,7 +136,7 @@ impl View<'_> {
         for index in self.cursor..self.end {
             let node = self.nodes.get(index);
             distance_q += widen(node.length_q);
-            j = j.min(node.limits.at(0.0).j);
+            j = j.min(self.still_jerk(index));
             if node.stop {
                 return Some(StopAhead {
                     index,
@@ -116,7 +152,7 @@ impl View<'_> {
     /// The next thing to run; `begun` is the phase of slowing down that can be gone on with, and must be where nothing
     /// better is found.
     #[must_use]
-    pub(super) fn decide(&self, begun: Option<(f32, u32)>, known: &Way, tick: u32) -> Decision {
+    pub(super) fn decide(&self, begun: Option<(f32, u32)>, known: &Way) -> Decision {
         let stop = self.stop_ahead();
         if let Some(stop) = &stop {
             // What rounding leaves of a standstill is one: nothing could be done from it a whole tick long.
@@ -133,17 +169,17 @@ impl View<'_> {
                 };
             }
         }
-        self.greedy(stop.as_ref(), begun, known, tick)
+        self.greedy(stop.as_ref(), begun, known)
     }
 
-    fn greedy(&self, stop: Option<&StopAhead>, begun: Option<(f32, u32)>, known: &Way, tick: u32) -> Decision {
+    fn greedy(&self, stop: Option<&StopAhead>, begun: Option<(f32, u32)>, known: &Way) -> Decision {
         let start = self.motion();
         let node = self.nodes.get(start.node);
         let limits = &node.limits;
-        let range = limits.acceleration(start.v);
-        let jerks = limits.jerk(start.v, start.a);
+        let range = self.acceleration(start.node, start.v);
+        let jerks = self.jerk(start.node, start.v, start.a);
         // Short against the time the acceleration takes to build up.
-        let still = limits.at(0.0);
+        let still = self.at(start.node, 0.0);
         let mut scale = still.a / still.j;
         if let Some(stop) = stop {
             // A rest-to-rest move over this distance takes about 4 cbrt(D / 2 J).
@@ -186,7 +222,6 @@ impl View<'_> {
                 return go(release, way);
             }
         }
-        let _ = tick;
         let (mut good, mut bad) = (floor, high);
         let mut found = None;
         for k in 0..HALVINGS {

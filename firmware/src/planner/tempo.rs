@@ -9,6 +9,7 @@
 
 use heapless::Deque;
 
+use super::limits::Joint;
 use super::nodes::Node;
 use super::LEAD_TICKS;
 
@@ -117,7 +118,12 @@ impl Node {
         let raised = tempo.feed > 100;
         if self.raised != raised {
             self.raised = raised;
-            core::mem::swap(&mut self.exit_v, &mut self.other_exit_v);
+            let Joint { v, share } = self.other;
+            self.other = Joint {
+                v: self.exit_v,
+                share: self.exit_share,
+            };
+            (self.exit_v, self.exit_share) = (v, share);
         }
         let percent = if self.rapid { tempo.rapid } else { tempo.feed };
         self.limits.v = self.velocity(percent).min(tempo.most);
