@@ -69,7 +69,8 @@ impl View<'_> {
     /// The way to rest from `at` within the limits of the nodes, if the motion can go on there.
     fn settled(&self, at: &Motion) -> Option<Way> {
         let limits = &self.nodes.get(at.node).limits;
-        let within = at.v <= limits.v * SLACK && self.keeps(at.node, [at.v, at.a, 0.0], Share::ALL.loose(SLACK));
+        let within = at.v <= limits.v * SLACK
+            && self.keeps(at.node, [at.v, at.a, 0.0], Share::ALL.loose(SLACK));
         within.then(|| self.refuge(at)).flatten()
     }
 
@@ -81,7 +82,8 @@ impl View<'_> {
         let mut index = at.node;
         while index < self.last {
             let PathLimits { a, j } = self.at(index, at.v);
-            if !(a > 0.0) || left > 1.2 * brake(at.v, at.a, v.min(at.v), Grip::even(a, j)).distance {
+            if !(a > 0.0) || left > 1.2 * brake(at.v, at.a, v.min(at.v), Grip::even(a, j)).distance
+            {
                 break;
             }
             index += 1;
@@ -266,7 +268,11 @@ impl Planner<'_> {
         let view = self.view(config);
         let course = match &self.pace.slowing {
             Some(slowing) => view.course(&slowing.phases),
-            None => self.pace.way.last()?.course(&view.motion(), 1.0 / view.hz)?,
+            None => self
+                .pace
+                .way
+                .last()?
+                .course(&view.motion(), 1.0 / view.hz)?,
         };
         let mut phases = course.jerk.into_iter().zip(course.ticks);
         phases.find(|&(_, ticks)| ticks > 0)

@@ -133,9 +133,8 @@ impl View<'_> {
         let mut fastest = from.v;
         let all = Share::ALL.loose(tolerance.a);
         for (&jerk, &ticks) in course.jerk.iter().zip(&course.ticks) {
-            let keeps = |at: &Motion, slack: Share| {
-                self.keeps(at.node, [at.v.max(0.0), at.a, jerk], slack)
-            };
+            let keeps =
+                |at: &Motion, slack: Share| self.keeps(at.node, [at.v.max(0.0), at.a, jerk], slack);
             if ticks > 0 && !(keeps(&at, all) && self.beside(&at, jerk, last, tolerance)) {
                 return None;
             }
@@ -164,7 +163,11 @@ impl View<'_> {
                 // Where the jerk or the node ends; within, what is asked of the axes hardly bends.
                 let ends = n > 1 || remaining == 0 || (next.node < last && next.left < 0.0);
                 let over = next.node < last && next.left < 0.0;
-                let share = if over { node.exit_share.loose(tolerance.a) } else { all };
+                let share = if over {
+                    node.exit_taken.left(v).loose(tolerance.a)
+                } else {
+                    all
+                };
                 if ends && !keeps(&next, share) {
                     return None;
                 }
@@ -176,7 +179,7 @@ impl View<'_> {
                 }
                 while next.node < last && next.left < 0.0 {
                     let node = self.nodes.get(next.node);
-                    let (exit, share, stop) = (node.exit_v, node.exit_share, node.stop);
+                    let (exit, share, stop) = (node.exit_v, node.exit_taken.left(v), node.stop);
                     next.node += 1;
                     let inside = self.nodes.get(next.node);
                     next.left += inside.length;
@@ -202,7 +205,12 @@ impl View<'_> {
         let here = self.nodes.get(at.node);
         // `joint` is the node in front of it.
         let keeps = |index: usize, joint: usize| {
-            let share = self.nodes.get(joint).exit_share.loose(tolerance.a);
+            let share = self
+                .nodes
+                .get(joint)
+                .exit_taken
+                .left(at.v)
+                .loose(tolerance.a);
             let v = at.v.clamp(0.0, self.nodes.get(index).limits.v);
             self.keeps(index, [v, at.a, jerk], share)
         };

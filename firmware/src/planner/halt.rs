@@ -151,7 +151,9 @@ impl View<'_> {
         }
         let v = v as f32 / UNIT * self.hz;
         let all = (self.cursor..=self.last).map(|index| self.limits_at(index, v));
-        let mut limits = all.reduce(PathLimits::least).unwrap_or(PathLimits { a: 0.0, j: 0.0 });
+        let mut limits = all
+            .reduce(PathLimits::least)
+            .unwrap_or(PathLimits { a: 0.0, j: 0.0 });
         limits.a = limits.a.max(a as f32 / UNIT * self.hz * self.hz);
         limits.j = limits.j.max(j as f32 / UNIT * self.hz * self.hz * self.hz);
         BrakeLimits {

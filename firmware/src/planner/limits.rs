@@ -20,7 +20,9 @@ const LEAST_JERK: f32 = 0.02;
 /// Slope below which an axis does not count as moving along, axis units per path unit.
 const LEAST_SLOPE: f32 = 1.0e-6;
 /// Share of an axis' jerk that passing a joint may take.
-const JOINT_SHARE: f32 = 0.95;
+const JOINT_SHARE: f32 = 0.8;
+/// What ranges of derivatives are wider than the derivatives, at most ([`Span`]).
+const WIDER: f32 = 1.0 + 1.0 / 128.0;
 /// Halvings of the range in which the velocity over a joint is looked for.
 const JOINT_HALVINGS: u32 = 12;
 /// Share of an axis' acceleration that passing a joint may take where jerk is not limited.
@@ -209,11 +211,8 @@ impl CurveLimits {
             let [first, second, third] = self.of_axis(i);
             let [low, high] = sum([scaled(first, a), scaled(second, square), [0.0; 2]]);
             let most = share.a * rates.a[i];
-            let [least, largest] = sum([
-                scaled(first, j),
-                scaled(second, cross),
-                scaled(third, cube),
-            ]);
+            let [least, largest] =
+                sum([scaled(first, j), scaled(second, cross), scaled(third, cube)]);
             let jerk = share.j * rates.j[i];
             low >= -most && high <= most && least >= -jerk && largest <= jerk
         })
@@ -276,20 +275,49 @@ fn sum(parts: [[f32; 2]; 3]) -> [f32; 2] {
     [x[0] + y[0] + z[0], x[1] + y[1] + z[1]]
 }
 
+/// What passing a joint takes of the limits of the axes in the ticks around it, as shares: at any velocity, per path unit/s
+/// and per square of that.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Taken {
+    /// Of acceleration, per velocity.
+    a: f32,
+    /// Of jerk.
+    j: [f32; 3],
+}
+
+impl Taken {
+    /// Nothing.
+    pub const NONE: Self = Self {
+        a: 0.0,
+        j: [0.0; 3],
+    };
+
+    /// What is left at velocity `v`.
+    #[must_use]
+    pub fn left(&self, v: f32) -> Share {
+        let [fixed, linear, square] = self.j;
+        let taken = fixed + v * (linear + v * square);
+        Share {
+            a: 1.0 - (self.a * v).min(0.5),
+            j: 1.0 - taken.min(JOINT_SHARE),
+        }
+    }
+}
+
 /// Verdict on one joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Joint {
     /// Largest path velocity over the joint; 0 is an exact stop.
     pub v: f32,
-    /// What passing it at that velocity leaves of the limits in the ticks around it.
-    pub share: Share,
+    /// What passing it takes.
+    pub taken: Taken,
 }
 
 impl Joint {
     /// The path comes to rest there: nothing is passed, nothing is taken.
     pub const STOP: Self = Self {
         v: 0.0,
-        share: Share::ALL,
+        taken: Taken::NONE,
     };
 }
 
@@ -314,12 +342,7 @@ fn axis_jerk(config: &Config, axis: usize, soft: bool) -> f32 {
 
 /// Largest velocity inside a segment of `length` path units.
 #[must_use]
-pub fn velocity_limit(
-    config: &Config,
-    shape: &PathShape,
-    length: f32,
-    soft: bool,
-) -> f32 {
+pub fn velocity_limit(config: &Config, shape: &PathShape, length: f32, soft: bool) -> f32 {
     let most = |low: &AxisVec, high: &AxisVec| -> AxisVec {
         core::array::from_fn(|i| high[i].max(-low[i]))
     };
@@ -356,6 +379,7 @@ pub fn joint(
     config: &Config,
     before: &PathDerivatives,
     after: &PathDerivatives,
+    third: &AxisVec,
     v: f32,
     soft: bool,
 ) -> Joint {
@@ -375,7 +399,7 @@ pub fn joint(
         // Path acceleration changes its direction with the tangent, too. A kink that turns the largest acceleration into
         // more than the share leaves nothing for passing at speed.
         let turned = step1 * axis.a_max * hz;
-        let third = before.third[a].abs().max(after.third[a].abs());
+        let third = WIDER * third[a];
         let room = JOINT_SHARE * axis_jerk(config, a, soft) - turned;
         let taken = |v: f32| v * (step1 * hz * hz + v * (step2 * hz + v * third));
         if step1 + step2 <= 0.0 || taken(allowed) <= room {
@@ -404,19 +428,19 @@ pub fn joint(
         // The joint is a stop: nothing is passed, nothing is taken.
         return Joint::STOP;
     }
-    let mut share = Share::ALL;
+    let mut taken = Taken::NONE;
     for a in 0..AXES {
+        let axis = &config.axes[a];
         let step1 = (after.first[a] - before.first[a]).abs();
         let step2 = SAMPLED_STEP * (after.second[a] - before.second[a]).abs();
-        let limit = axis_jerk(config, a, soft);
-        let axis = &config.axes[a];
-        let taken = (step1 * allowed * hz).min(0.5 * axis.a_max);
-        share.a = share.a.min(1.0 - taken / axis.a_max);
-        let turned = step1 * axis.a_max * hz;
-        let taken = turned + step1 * allowed * hz * hz + step2 * allowed * allowed * hz;
+        taken.a = taken.a.max(step1 * hz / axis.a_max);
         if soft {
-            share.j = share.j.min(1.0 - taken.min(JOINT_SHARE * limit) / limit);
+            let limit = axis_jerk(config, a, soft);
+            let costs = [step1 * axis.a_max * hz, step1 * hz * hz, step2 * hz];
+            for (most, cost) in taken.j.iter_mut().zip(costs) {
+                *most = most.max(cost / limit);
+            }
         }
     }
-    Joint { v: allowed, share }
+    Joint { v: allowed, taken }
 }

@@ -95,11 +95,12 @@ impl Joints {
         let soft = before.order.soft || after.order.soft;
         let (ends, starts) = (&before.shape.end, &after.shape.start);
         let slower = |percent| before.velocity(percent).min(after.velocity(percent));
+        let third = before.shape.steepest_third(&after.shape);
         let (v, most) = (slower(100), slower(FEED_MAX));
-        let programmed = joint(config, ends, starts, v, soft);
+        let programmed = joint(config, ends, starts, &third, v, soft);
         let mut raised = programmed;
         if most > v && programmed.v > 0.0 {
-            let faster = joint(config, ends, starts, most, soft);
+            let faster = joint(config, ends, starts, &third, most, soft);
             // Whether the path rests there does not depend on the override.
             if faster.v > 0.0 {
                 raised = faster;
@@ -209,10 +210,10 @@ impl<'a> Planner<'a> {
         };
         if let Some(before) = self.pending.take() {
             if before.order.exact_stop || before.shape.rotary_only != shape.rotary_only {
-                self.complete(config, &before, &Joints::STOP);
+                self.complete(&before, &Joints::STOP);
             } else {
                 let joints = Joints::between(config, &before, &next);
-                self.complete(config, &before, &joints);
+                self.complete(&before, &joints);
             }
         }
         self.pending = Some(next);
@@ -221,7 +222,7 @@ impl<'a> Planner<'a> {
         debug_assert!(queued.is_ok(), "the caller checks has_room");
     }
 
-    fn complete(&mut self, config: &Config, segment: &Pending, joints: &Joints) {
+    fn complete(&mut self, segment: &Pending, joints: &Joints) {
         let Pending {
             length_q,
             block: _,
@@ -235,7 +236,7 @@ impl<'a> Planner<'a> {
             length: length_of(*length_q),
             limits: CurveLimits::new(shape, segment.velocity(100)),
             exit_v: joints.programmed.v,
-            exit_share: joints.programmed.share,
+            exit_taken: joints.programmed.taken,
             stop: joints.programmed.v <= 0.0,
             brisk: !order.soft,
             curve_v: *curve_v,
@@ -252,9 +253,9 @@ impl<'a> Planner<'a> {
     }
 
     /// The path ends with the newest segment, for now.
-    pub fn flush(&mut self, config: &Config) {
+    pub fn flush(&mut self) {
         if let Some(last) = self.pending.take() {
-            self.complete(config, &last, &Joints::STOP);
+            self.complete(&last, &Joints::STOP);
         }
     }
 
@@ -375,7 +376,10 @@ impl<'a> Planner<'a> {
         if self.change_tempo(config) {
             return true;
         }
-        match self.view(config).decide(self.begun(config), self.known_way()) {
+        match self
+            .view(config)
+            .decide(self.begun(config), self.known_way())
+        {
             Decision::Go(jerk, ticks, way) => {
                 self.take_way(way);
                 self.emit(config, &[(jerk, ticks)], PieceEnd::Continue);

@@ -187,8 +187,7 @@ impl View<'_> {
         }
         // Nothing builds up while cruising, nor at the limit of acceleration where jerk is no matter.
         let top = limits.v;
-        let cruising =
-            start.v >= top * CRUISE && start.a.abs() <= NO_ACCELERATION * still.a;
+        let cruising = start.v >= top * CRUISE && start.a.abs() <= NO_ACCELERATION * still.a;
         let most = if cruising || (start.a >= 0.999 * range.up && node.brisk) {
             TICKS_MAX
         } else {
@@ -226,7 +225,11 @@ impl View<'_> {
         let mut found = None;
         for k in 0..HALVINGS {
             let middle = 0.5 * (good + bad);
-            let way = if k >= FULL { same(middle) } else { same(middle).or_else(|| any(middle)) };
+            let way = if k >= FULL {
+                same(middle)
+            } else {
+                same(middle).or_else(|| any(middle))
+            };
             if let Some(way) = way {
                 found = Some((middle, way));
                 good = middle;
@@ -287,7 +290,10 @@ impl View<'_> {
         ] {
             let ticks = [whole[0] + x, whole[1] + y, whole[2] + z];
             if let Some(phases) = land(&self.state, stop.distance_q, ticks) {
-                if self.follow(&m, &self.course(&phases), stop.index, TAKING).is_some() {
+                if self
+                    .follow(&m, &self.course(&phases), stop.index, TAKING)
+                    .is_some()
+                {
                     return Some(phases);
                 }
             }

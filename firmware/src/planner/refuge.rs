@@ -145,7 +145,14 @@ impl View<'_> {
     }
 
     /// The leg from `at` to velocity `to` with `share` of `grip`, and the motion at its end.
-    fn run(&self, at: &Motion, goal: Goal, to: f32, grip: Grip, share: f32) -> Option<(Leg, Motion)> {
+    fn run(
+        &self,
+        at: &Motion,
+        goal: Goal,
+        to: f32,
+        grip: Grip,
+        share: f32,
+    ) -> Option<(Leg, Motion)> {
         let time = brake(at.v, at.a, to, grip.share(share)).time;
         let ticks = time.map(|t| (libm::ceilf(t * self.hz) as u32).max(1));
         if ticks.iter().any(|&n| n > PHASE_MAX) {
@@ -168,7 +175,9 @@ impl View<'_> {
     /// Whether `way`, which ends in `end`, ends at rest and on the path.
     fn rests(&self, way: &Way, end: &Motion) -> bool {
         let last = self.end - 1;
-        let halts = way.first().is_some_and(|leg| matches!(leg.goal, Goal::Halt));
+        let halts = way
+            .first()
+            .is_some_and(|leg| matches!(leg.goal, Goal::Halt));
         halts && (end.node < last || end.left >= -ROUNDING * self.nodes.get(last).length)
     }
 

@@ -118,12 +118,12 @@ impl Node {
         let raised = tempo.feed > 100;
         if self.raised != raised {
             self.raised = raised;
-            let Joint { v, share } = self.other;
+            let Joint { v, taken } = self.other;
             self.other = Joint {
                 v: self.exit_v,
-                share: self.exit_share,
+                taken: self.exit_taken,
             };
-            (self.exit_v, self.exit_share) = (v, share);
+            (self.exit_v, self.exit_taken) = (v, taken);
         }
         let percent = if self.rapid { tempo.rapid } else { tempo.feed };
         self.limits.v = self.velocity(percent).min(tempo.most);
