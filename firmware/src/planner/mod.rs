@@ -417,13 +417,12 @@ impl<'a> Planner<'a> {
 
     /// Queues `phases` and moves the planned state to their end.
     fn emit(&mut self, config: &Config, phases: &[(i64, u32)], end: PieceEnd) {
-        let landing = (phases.len() > 1).then(|| self.view(config).landing_limits(phases));
         for (i, &(jerk, ticks)) in phases.iter().enumerate() {
             let last = i + 1 == phases.len();
             if ticks == 0 && !last {
                 continue;
             }
-            let (from, before) = (self.cursor, self.state);
+            let before = self.view(config).motion();
             if let Some(next) = self.state.after(jerk, ticks) {
                 self.state = next;
             }
@@ -440,8 +439,7 @@ impl<'a> Planner<'a> {
                 }
                 PieceEnd::Continue => self.cross_joints(),
             }
-            let mut brake =
-                landing.unwrap_or_else(|| self.view(config).brake_limits(from, before.v));
+            let mut brake = self.view(config).brake_limits(&before);
             brake.last = self.last;
             self.planned = self.planned.wrapping_add(ticks);
             let piece = Piece {
