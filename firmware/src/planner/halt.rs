@@ -27,11 +27,20 @@ impl View<'_> {
         let after = self.motion();
         let v = before.v.max(after.v);
         let whole = self.even(before).least(self.even(&after));
-        let shares = SHARES.iter().map(|&share| whole.share(share));
-        let found = shares
-            .clone()
-            .find(|grip| self.halts(before, *grip) && self.halts(&after, *grip));
-        let grip = found.unwrap_or_else(|| whole.share(0.5));
+        // What already slows down does not do so less, neither here nor there.
+        let least = (-before.a).max(-after.a);
+        let mut shares = SHARES.iter().map(|&share| {
+            let grip = whole.share(share);
+            Grip {
+                a: grip.a.max(least),
+                ..grip
+            }
+        });
+        let found = shares.find(|grip| self.halts(before, *grip) && self.halts(&after, *grip));
+        let grip = found.unwrap_or(Grip {
+            a: whole.a.max(least),
+            ..whole
+        });
         let stage = self.in_units(grip, v);
         BrakeLimits {
             stages: [stage; STAGES],
@@ -43,8 +52,7 @@ impl View<'_> {
     /// The same jerk for building deceleration up and letting it go.
     fn even(&self, at: &Motion) -> Grip {
         let grip = self.grip(at, 0.0, at.node);
-        // What already slows down does not have to do so less.
-        Grip::even(grip.a.max(-at.a), grip.down.min(grip.up))
+        Grip::even(grip.a, grip.down.min(grip.up))
     }
 
     /// Whether braking from `at` within `grip` keeps every limit and ends on the path.
@@ -52,10 +60,6 @@ impl View<'_> {
         if at.v <= 0.0 {
             return true;
         }
-        let grip = Grip {
-            a: grip.a.max(-at.a),
-            ..grip
-        };
         let halt = brake(at.v, at.a, 0.0, grip);
         let ticks = halt.time.map(|t| libm::ceilf(t * self.hz).max(1.0));
         if ticks.iter().any(|&n| !(n <= PHASE_MAX)) {
