@@ -289,6 +289,16 @@ impl Planner<'_> {
         self.pace.way = way;
     }
 
+    /// From rest to rest by `phases`.
+    pub(super) fn run_slowly(&mut self, config: &Config, phases: Phases) {
+        self.take_way(Way::new());
+        self.pace.slowing = Some(Slowing {
+            phases,
+            then: self.pace.now,
+        });
+        self.run_slowing(config);
+    }
+
     /// On along the way to rest.
     pub(super) fn go_on(&mut self, config: &Config) {
         if self.pace.slowing.is_none() {

@@ -199,6 +199,16 @@ impl View<'_> {
         Some(at)
     }
 
+    /// Where `jerk` leads from `from` in `ticks`, whatever the limits.
+    pub(super) fn along(&self, from: &Motion, jerk: f32, ticks: u32) -> Motion {
+        let mut at = from.after(jerk, ticks as f32, 1.0 / self.hz);
+        while at.left < 0.0 && at.node + 1 < self.end && !self.nodes.get(at.node).stop {
+            at.node += 1;
+            at.left += self.nodes.get(at.node).length;
+        }
+        at
+    }
+
     /// Whether `jerk` is allowed beyond the joints that the differences of a few ticks see from `at`.
     fn beside(&self, at: &Motion, jerk: f32, last: usize, tolerance: Tolerance) -> bool {
         let near = AROUND * at.v / self.hz;

@@ -1,7 +1,7 @@
 //! With which limits the interrupt may come to rest while it runs what is planned ([`crate::interpolator::braking`]).
 //!
-//! In: the motion at both ends of a piece. Out: one deceleration and one jerk with which braking keeps every limit ahead,
-//! from either end. Shares of what is allowed there are tried, the largest first, by running the way to rest.
+//! In: a piece and the motion it begins with. Out: one deceleration and one jerk with which braking keeps every limit ahead,
+//! from its ends and its middle. Shares of what is allowed there are tried, the largest first, by running the way to rest.
 
 use super::brake::{brake, Grip};
 use super::course::{Course, Motion, PREDICTING};
@@ -20,11 +20,12 @@ const ROUNDING: f32 = 2.0e-5;
 const PHASE_MAX: f32 = 60_000.0;
 
 impl View<'_> {
-    /// Limits while the motion gets from `before` to the planned state. [`BrakeLimits::waits`] where no braking within one
+    /// Limits while `jerk` leads from `before` to the planned state in `ticks`. [`BrakeLimits::waits`] where no braking within one
     /// deceleration and one jerk keeps the limits ahead: the plan does, with more than one of them.
     #[must_use]
-    pub(super) fn brake_limits(&self, before: &Motion) -> BrakeLimits {
+    pub(super) fn brake_limits(&self, before: &Motion, jerk: f32, ticks: u32) -> BrakeLimits {
         let after = self.motion();
+        let middle = self.along(before, jerk, ticks / 2);
         let v = before.v.max(after.v);
         let whole = self.even(before).least(self.even(&after));
         // What already slows down does not do so less, neither here nor there.
@@ -36,7 +37,9 @@ impl View<'_> {
                 ..grip
             }
         });
-        let found = shares.find(|grip| self.halts(before, *grip) && self.halts(&after, *grip));
+        let found = shares.find(|grip| {
+            self.halts(&after, *grip) && self.halts(before, *grip) && self.halts(&middle, *grip)
+        });
         let grip = found.unwrap_or(Grip {
             a: whole.a.max(least),
             ..whole

@@ -385,6 +385,7 @@ impl<'a> Planner<'a> {
                 self.emit(config, &[(jerk, ticks)], PieceEnd::Continue);
             }
             Decision::GoOn => self.go_on(config),
+            Decision::Creep(phases) => self.run_slowly(config, phases),
             Decision::Land { phases, stop } => {
                 self.take_way(Way::new());
                 let number = self.first.wrapping_add(stop as u32);
@@ -439,7 +440,10 @@ impl<'a> Planner<'a> {
                 }
                 PieceEnd::Continue => self.cross_joints(),
             }
-            let mut brake = self.view(config).brake_limits(&before);
+            let mut brake = {
+                let view = self.view(config);
+                view.brake_limits(&before, view.jerk_of(jerk), ticks)
+            };
             brake.last = self.last;
             self.planned = self.planned.wrapping_add(ticks);
             let piece = Piece {

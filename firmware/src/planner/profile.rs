@@ -28,6 +28,9 @@ const FULL: u32 = 2;
 /// Halvings of the range of jerks.
 const HALVINGS: u32 = 6;
 
+/// Lengths that the phases of a move from rest to rest are tried with, each twice the one before.
+const CREEPS: u32 = 14;
+
 /// Share of the limits that a landing takes at least: one that is taken early brakes too gently.
 const GENTLE: f32 = 0.85;
 
@@ -70,6 +73,8 @@ pub(super) enum Decision {
     Go(i64, u32, Way),
     /// On along the way to rest.
     GoOn,
+    /// Three pieces from rest to rest.
+    Creep(Phases),
     /// Three pieces to rest at the end of node `stop`.
     Land {
         /// The pieces.
@@ -240,7 +245,31 @@ impl View<'_> {
         if let Some((jerk, way)) = found {
             return go(jerk, way);
         }
+        if begun.is_none() && self.state.v == 0 {
+            return self.creep();
+        }
         Decision::GoOn
+    }
+
+    /// From rest over the next joint and to rest again, as slowly as that takes: slowed down far enough, every motion keeps
+    /// every limit.
+    fn creep(&self) -> Decision {
+        let start = self.motion();
+        let here = self.nodes.get(start.node);
+        let beyond = if here.stop || start.node + 1 >= self.end {
+            0
+        } else {
+            widen(self.nodes.get(start.node + 1).length_q) / 2
+        };
+        let distance = widen(here.length_q) - self.state.s + beyond;
+        let found = (0..CREEPS).find_map(|k| {
+            let m = 2 << k;
+            let j = hop(distance, m);
+            let phases = [(j, m), (-j, 2 * m), (j, m)];
+            self.follow(&start, &self.course(&phases), self.end - 1, PREDICTING)?;
+            Some(phases)
+        });
+        found.map_or(Decision::GoOn, Decision::Creep)
     }
 
     fn try_hop(&self, stop: &StopAhead) -> Option<Phases> {
@@ -301,11 +330,15 @@ impl View<'_> {
         None
     }
 
+    /// Path units/s^3 of a jerk per tick.
+    pub(super) fn jerk_of(&self, jerk: i64) -> f32 {
+        jerk as f32 * (self.hz * self.hz * self.hz / UNIT)
+    }
+
     /// `phases` as a course.
     pub(super) fn course(&self, phases: &Phases) -> Course {
-        let unit = self.hz * self.hz * self.hz / UNIT;
         Course {
-            jerk: phases.map(|(jerk, _)| jerk as f32 * unit),
+            jerk: phases.map(|(jerk, _)| self.jerk_of(jerk)),
             ticks: phases.map(|(_, ticks)| ticks),
         }
     }

@@ -18,9 +18,6 @@ const PHASE_MAX: u32 = 8192;
 /// Legs of a way to rest.
 const LEGS: usize = 2;
 
-/// What rounding may put a halt behind the end of the window, of its length.
-const ROUNDING: f32 = 1.0e-6;
-
 /// Shares of the limits that a leg to rest is tried with, and any other.
 const HALTS: [f32; 6] = [0.99, 0.8, 0.6, 0.4, 0.25, 0.15];
 const OTHERS: [f32; 2] = [0.99, 0.7];
@@ -178,7 +175,7 @@ impl View<'_> {
         let halts = way
             .first()
             .is_some_and(|leg| matches!(leg.goal, Goal::Halt));
-        halts && (end.node < last || end.left >= -ROUNDING * self.nodes.get(last).length)
+        halts && (end.node < last || end.left >= 0.0)
     }
 
     /// The velocity limit ahead that leaves the least room for braking to it.
