@@ -1,200 +1,204 @@
 #!/usr/bin/env python3
-"""Runs random programs, with events at random instants, and holds every trace against the limits.
+"""Runs the corpus and random programs, also with events at random instants, and holds every trace against the limits.
 
-    campaign.py [--sim PATH] [--programs N] [--holds M] [--mixed M] [--seed S] [--jobs J] [--keep FOLDER]
+    campaign.py [--sim PATH] [--jobs 2] [--log FILE] [--programs 1000] [--mixed 13] [--holds 0] [--seed 1] [--keep FOLDER]
 
-In: a built `host-sim`. Program k of seed S is always the same: lines, arcs, C-, Akima and B-splines and exact stops over three
-or five axes, 10 um to 20 mm large, feeds from 500 to 30000 mm/min, SOFT or BRISK. Each is run once as it is, once with M holds,
-each with its resume, spread over its time, and once with M events of all kinds: holds, feed overrides from 10 to 200 %, rapid
-overrides, failing supply. Out: one line per failure and the totals; programs that fail stay in FOLDER.
+In: a built `host-sim`; every program of tests/corpus in SOFT and in BRISK; random programs (`random_programs.py`): lines, arcs, C-,
+Akima and B-splines and exact stops over three or five axes, 10 um to 20 mm large, feeds from 500 to 30000 mm/min. Each is run once as it
+is, once with events of all kinds at `--mixed` instants spread over its time (holds with their resume, feed overrides from 10 to
+200 %, rapid overrides, failing supply), and once with `--holds` holds. As called without options that is 1,066 programs with more than
+10,000 holds, overrides and failures of the supply.
 
-Judged is the trace only, with `check_trace.py`: velocity and acceleration within 0.5 %, jerk (SOFT) within 2 %, corner steps
-as the machine file grants them, no motion backwards, and with events the same final steps as without.
-Exit code 1 if anything fails, or if too few programs ran.
+Out: one line per violation, progress, and the totals. Judged is the trace only, with the tolerances of `watch.py`: it is read
+while the simulator writes it, so length costs neither memory nor disk. With --log, programs that are in FILE already are not run
+again: the same call goes on where it was stopped. Programs that fail stay in the folder of --keep with their events.
+
+A run ends when its simulated time does (--max-time of `host-sim`), however slow the machine is that simulates; a simulator that no
+longer gets on is ended by its processor time. Exit code 1 if anything is violated, 2 if --log is of another campaign.
 """
 
 import argparse
+import hashlib
 import json
-import math
-import random
+import os
+import resource
 import subprocess
 import sys
 import tempfile
-from concurrent.futures import ThreadPoolExecutor
+import time
+from collections import Counter
+from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 
-import numpy as np
-
-import check_trace
+import random_programs
 import trace_file
+from watch import Course, Watch
 
-HERE = Path(__file__).resolve().parent
-MACHINE = HERE.parents[1] / "machines" / "mcv1210.toml"
-SIM = HERE.parents[1] / "target" / "release" / "host-sim"
+ROOT = Path(__file__).resolve().parents[2]
+CORPUS = ROOT / "tests" / "corpus"
+SIM = ROOT / "target" / "release" / "host-sim"
 
-# Longest run of the simulator, s: a program that takes longer counts as one that does not end.
-PATIENCE = 60
-
-# Feed below which a motion backwards is the rounding of ten decimals.
-STILL = 1e-6
-
-
-def point(rng, size, axes):
-    """One random target."""
-    return " ".join(f"{axis}{rng.uniform(-size, size):.4f}" for axis in axes)
-
-
-def arcs(rng, size, count):
-    """Arcs of random radius and angle, one behind the other."""
-    lines, x, y = [], 0.0, 0.0
-    for _ in range(count):
-        radius = rng.uniform(0.2, 1.0) * size
-        start = rng.uniform(0.0, 2.0 * math.pi)
-        end = start + rng.uniform(0.3, 5.0)
-        i, j = -radius * math.cos(start), -radius * math.sin(start)
-        to_x, to_y = x + i + radius * math.cos(end), y + j + radius * math.sin(end)
-        lines.append(f"G17 G3 X{to_x:.6f} Y{to_y:.6f} I{i:.6f} J{j:.6f}")
-        x, y = round(to_x, 6), round(to_y, 6)
-    return lines
+# Simulated time a program may take as it is, s: thrice the longest, which turns rotary axes at a degree per second.
+PATIENCE = 3600
+# With events: so many times as long, for an override of 10 %, and so much more, for all the holds.
+SLOWER, WAITING = 20, 600
+# Processor time of one run, s. All of the simulated time takes a tenth of it.
+PROCESSOR = 3600
+# Share of random programs that has to be accepted by the machine.
+ACCEPTED = 0.8
+# Programs between two lines of progress.
+EVERY = 25
 
 
-def program(seed, number):
-    """Text of one program."""
-    rng = random.Random(seed * 1_000_003 + number)
-    size = 10.0 ** rng.uniform(-2.0, 1.3)
-    mode = rng.choice(["SOFT", "SOFT", "BRISK"])
-    count = rng.randint(2, 20)
-    points = lambda axes, more: [point(rng, size, axes) for _ in range(count + more)]
-    kinds = {
-        "lines": lambda: [f"G1 {p}" for p in points("XYZ", 0)],
-        "natural": lambda: ["BAUTO EAUTO", "CSPLINE", *points("XYZ", 3)],
-        "five": lambda: ["CSPLINE", *points("XYZAC", 3)],
-        "akima": lambda: ["ASPLINE", *points("XYZ", 4)],
-        "b": lambda: ["BSPLINE SD=3", *points("XYZ", 4)],
-        "arcs": lambda: arcs(rng, size, count),
-        "mixed": lambda: [f"G1 {point(rng, size, 'XYZ')}", "CSPLINE", *points("XYZ", 1), "G9", f"G1 {point(rng, size, 'XYZ')}"],
-    }
-    body = kinds[rng.choice(sorted(kinds))]()
-    feed = rng.choice([500, 3000, 9000, 30000])
-    return "\n".join([f"G90 G64 {mode}", f"G1 X0 Y0 Z0 A0 C0 F{feed}", *body, "M30", ""])
-
-
-def holds(seed, number, ticks, count):
-    """Rows of `count` holds and of the resume behind each, in order, spread over `ticks`; a resume may come while still braking."""
-    rng = random.Random(seed * 7_368_787 + number)
-    at = sorted(rng.sample(range(1, max(ticks, 4 * count)), 2 * count))
-    return [(tick, ("hold", "resume")[k % 2]) for k, tick in enumerate(at)]
-
-
-def mixed(seed, number, ticks, count):
-    """Rows of `count` events of all kinds, in order, spread over `ticks`; behind each hold its resume."""
-    rng = random.Random(seed * 2_750_159 + number)
-    rows = []
-    for tick in rng.sample(range(1, max(ticks, 2 * count)), count):
-        kind = rng.choice(["hold", "override", "override", "rapid", "starve"])
-        if kind == "hold":
-            rows += [(tick, "hold"), (tick + rng.randint(1, 2000), "resume")]
-        elif kind == "override":
-            rows.append((tick, f"override={rng.randint(10, 200)}"))
-        elif kind == "rapid":
-            rows.append((tick, f"rapid={rng.randint(10, 100)}"))
-        else:
-            rows.append((tick, f"starve={rng.randint(1, 2000)}"))
-    rows.sort(key=lambda row: row[0])
-    # Whatever came last: the program is to end.
-    return [*rows, (max(ticks, rows[-1][0]) + 4000, "resume")] if rows else rows
-
-
-def judge(stem, brisk):
-    """Complaints about one run, ticks it took, its final steps and the largest share used of each kind of limit."""
-    trace = trace_file.read_trace(f"{stem}.csv")
-    summary = trace_file.read_summary(f"{stem}.json")
-    steps = check_trace.corner_steps(MACHINE, summary)
-    table, problems = check_trace.judge(trace, summary, steps, (0.005, 0.005, 0.02), brisk)
-    if trace.feed.min() < -STILL:
-        row = int(np.argmin(trace.feed))
-        problems.append(f"feed {trace.feed[row]:.6f} at tick {trace.tick[row]}: backwards")
-    used = {}
-    for _, label, *_, share, _, _, _, verdict in table:
-        if verdict != "-":
-            used[label] = max(used.get(label, 0.0), share)
-    return problems, summary["ticks"], [axis["final_steps"] for axis in summary["axes"]], used
-
-
-def run(sim, text, folder, name, rows):
-    """Runs a program with the events `rows`; None if it is refused (a random arc may be), else what `judge` says."""
-    stem = folder / name
-    stem.with_suffix(".nc").write_text(text, encoding="ascii")
-    command = [sim, "run", f"{stem}.nc", "--auto-start", "--trace", f"{stem}.csv", "--json", f"{stem}.json"]
-    if rows:
-        stem.with_suffix(".events").write_text("tick,event\n" + "".join(f"{t},{e}\n" for t, e in rows), encoding="ascii")
+def simulate(sim, stem, course, brisk, longest):
+    """Runs `stem`.nc with `stem`.events if there is one; (summary or None, violations, shares)."""
+    read, write = os.pipe()
+    summary_json = Path(f"{stem}.json")
+    summary_json.unlink(missing_ok=True)
+    command = [sim, "run", f"{stem}.nc", "--auto-start", "--max-time", str(longest), "--trace", f"/dev/fd/{write}", "--json", summary_json]
+    if Path(f"{stem}.events").is_file():
         command += ["--events", f"{stem}.events"]
-    try:
-        done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=PATIENCE)
-    except subprocess.TimeoutExpired:
-        Path(f"{stem}.csv").unlink(missing_ok=True)
-        return [f"does not come to an end in {PATIENCE} s"], 0, [], {}
-    summary = Path(f"{stem}.json")
-    if not summary.is_file() or json.loads(summary.read_text(encoding="utf-8"))["outcome"] != "finished":
-        return (["did not finish: " + (done.stdout + done.stderr)[-200:]], 0, [], {}) if rows else None
-    verdict = judge(stem, "BRISK" in text)
-    Path(f"{stem}.csv").unlink()
-    return verdict
+    bound = lambda: resource.setrlimit(resource.RLIMIT_CPU, (PROCESSOR, PROCESSOR))
+    watch, broken = Watch(course), []
+    with tempfile.TemporaryFile() as said:
+        child = subprocess.Popen(command, stdout=said, stderr=said, pass_fds=[write], preexec_fn=bound)
+        os.close(write)
+        with open(read, "rb") as trace:
+            try:
+                for part in trace_file.stream(trace):
+                    watch.take(part)
+            except trace_file.BadTrace as error:
+                broken = [("trace", str(error))]
+        child.wait()
+        said.seek(0)
+        text = said.read().decode("utf-8", "replace").strip()[-200:]
+    if child.returncode < 0:
+        return None, [("unfinished", f"ended by signal {-child.returncode}, after {PROCESSOR} s of processor time at the most")], {}
+    if not summary_json.is_file():
+        return None, [("refused", text)], {}
+    summary = trace_file.read_summary(summary_json)
+    if summary["outcome"] != "finished":
+        kind = "unfinished" if summary["outcome"] == "time_bound" else "refused"
+        return None, [(kind, f"{summary['outcome']}: {text}")], {}
+    found, used = watch.verdict(summary, brisk)
+    return summary, broken + found, used
 
 
-def one(sim, seed, number, counts, folder):
-    """(complaints, events made, largest uses) of one program; None if it is refused."""
-    text, name = program(seed, number), f"s{seed}_{number}"
-    calm = run(sim, text, folder, name, [])
-    if calm is None:
-        return None
-    problems, ticks, final, used = calm
-    complaints = [f"{name}: {p}" for p in problems]
-    for suffix, rows_of, count in [("h", holds, counts[0]), ("m", mixed, counts[1])]:
-        if not count:
-            continue
-        rows = rows_of(seed, number, ticks, count)
-        problems, _, other_final, more = run(sim, text, folder, name + suffix, rows)
-        complaints += [f"{name}{suffix}: {p}" for p in problems]
-        if other_final and other_final != final:
-            complaints.append(f"{name}{suffix}: final steps {other_final}, without events {final}")
-        used = {label: max(used.get(label, 0.0), more.get(label, 0.0)) for label in used}
-    if not complaints:
-        for file in folder.glob(f"{name}[.hm]*"):
+def one(sim, name, text, number, options, folder):
+    """Record of one program: what was violated, in which of its runs, and what it did."""
+    record = {"name": name, "ran": False, "ticks": 0, "events": {}, "violations": [], "used": {}}
+    stem, brisk = folder / name, "BRISK" in text
+    stem.with_suffix(".nc").write_text(text, encoding="ascii")
+    course = Course(stem.with_suffix(".nc"))
+    calm, found, used = simulate(sim, stem, course, brisk, PATIENCE)
+    # Random arcs may be refused; programs of the corpus and what has been accepted may not.
+    refused = calm is None and found[0][0] == "refused"
+    if refused and number is not None:
+        return record
+    violations, events = [(name, *violation) for violation in found], Counter()
+    if calm is not None:
+        record["ran"] = True
+        record["ticks"] = calm["ticks"]
+        for suffix, rows_of, count in (("h", random_programs.holds, options["holds"]), ("m", random_programs.mixed, options["mixed"])):
+            if not count:
+                continue
+            seed = options["seed"] if number is not None else name
+            rows = rows_of(seed, number, calm["ticks"], count)
+            other = folder / (name + suffix)
+            other.with_suffix(".nc").write_text(text, encoding="ascii")
+            lines = "".join(f"{tick},{event}\n" for tick, event in rows)
+            other.with_suffix(".events").write_text("tick,event\n" + lines, encoding="ascii")
+            longest = SLOWER * calm["duration_s"] + WAITING
+            summary, found, more = simulate(sim, other, course, brisk, longest)
+            violations += [(name + suffix, *violation) for violation in found]
+            used = {label: max(share, more.get(label, 0.0)) for label, share in used.items()}
+            events.update(event.split("=")[0] for _, event in rows)
+            record["ticks"] += summary["ticks"] if summary else 0
+    if not violations:
+        for file in [*folder.glob(f"{name}.*"), *folder.glob(f"{name}[hm].*")]:
             file.unlink()
-    return complaints, sum(counts), used
+    return record | {"events": dict(events), "violations": violations, "used": used}
+
+
+def programs(options):
+    """(name, text, number or None) of all."""
+    out = []
+    for path in sorted(CORPUS.glob("*.nc")) if options["corpus"] else []:
+        text = path.read_text(encoding="ascii")
+        out += [(f"{path.stem}_{mode}", text.replace("SOFT", mode), None) for mode in ("SOFT", "BRISK")]
+    seed = options["seed"]
+    return out + [(f"s{seed}_{k}", random_programs.program(seed, k), k) for k in range(options["programs"])]
+
+
+def resume(log, campaign):
+    """Records of an earlier call by name; starts the file if there is none. Exits with 2 if it is of another campaign."""
+    if not log.is_file() or not log.stat().st_size:
+        log.write_text(json.dumps(campaign) + "\n", encoding="utf-8")
+        return {}
+    lines = log.read_text(encoding="utf-8").splitlines(keepends=True)
+    if json.loads(lines[0]) != campaign:
+        print(f"{log} is of another campaign: {lines[0].strip()}", file=sys.stderr)
+        sys.exit(2)
+    # A line without an end was being written when the campaign was stopped.
+    whole = [line for line in lines if line.endswith("\n")]
+    log.write_text("".join(whole), encoding="utf-8")
+    return {record["name"]: record for record in map(json.loads, whole[1:])}
+
+
+def total(records, wanted, seconds):
+    """Prints the totals; returns the exit code."""
+    events, kinds, used, failing, ran, ticks = Counter(), Counter(), {}, [], 0, 0
+    for record in records:
+        ran, ticks = ran + record["ran"], ticks + record["ticks"]
+        events.update(record["events"])
+        kinds.update(kind for _, kind, _ in record["violations"])
+        failing += sorted({run for run, *_ in record["violations"]})
+        for label, share in record["used"].items():
+            used[label] = max(used.get(label, 0.0), share)
+    row = lambda counts: ", ".join(f"{kind} {counts[kind]}" for kind in sorted(counts)) or "none"
+    print(f"programs {ran} of {wanted}; {ticks} ticks; {seconds:.0f} s")
+    print(f"events: {row(events)}; instants of hold, override and starvation: {sum(events[k] for k in ('hold', 'override', 'starve'))}")
+    print("largest use: " + ", ".join(f"{label} {share:.4f}" for label, share in used.items()))
+    print(f"violations {sum(kinds.values())}: {row(kinds)}; failing: {' '.join(failing) or 'none'}")
+    return 1 if kinds or ran < ACCEPTED * wanted else 0
 
 
 def main():
     """Command line; returns the exit code."""
-    parser = argparse.ArgumentParser(description="Random programs and events against the limits of the machine.")
+    parser = argparse.ArgumentParser(description="Corpus, random programs and events against the limits of the machine.")
     parser.add_argument("--sim", default=str(SIM), help="the simulator")
-    parser.add_argument("--programs", type=int, default=100)
-    parser.add_argument("--holds", type=int, default=0, help="holds per program")
-    parser.add_argument("--mixed", type=int, default=0, help="events of all kinds per program")
+    parser.add_argument("--programs", type=int, default=1000, help="random programs")
+    parser.add_argument("--mixed", type=int, default=13, help="events of all kinds per program")
+    parser.add_argument("--holds", type=int, default=0, help="holds per program, in a run of their own")
+    parser.add_argument("--no-corpus", action="store_true", help="random programs only")
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--only", nargs="*", default=[], help="names of programs, as the totals have them")
     parser.add_argument("--jobs", type=int, default=2)
-    parser.add_argument("--keep", help="folder for programs that fail")
-    options = parser.parse_args()
-    with tempfile.TemporaryDirectory() as scratch, ThreadPoolExecutor(options.jobs) as pool:
-        folder = Path(options.keep or scratch)
+    parser.add_argument("--log", type=Path, help="records of programs that are done")
+    parser.add_argument("--keep", type=Path, help="folder for programs that fail")
+    given = parser.parse_args()
+    options = {"seed": given.seed, "programs": given.programs, "mixed": given.mixed, "holds": given.holds, "corpus": not given.no_corpus}
+    campaign = options | {"sim": hashlib.sha256(Path(given.sim).read_bytes()).hexdigest()[:16]}
+    records = resume(given.log, campaign) if given.log else {}
+    only = set(given.only)
+    every = [row for row in programs(options) if not only or only & {row[0] + run for run in ("", "h", "m")}]
+    begun, failed = time.monotonic(), sum(bool(record["violations"]) for record in records.values())
+    with tempfile.TemporaryDirectory() as scratch, ProcessPoolExecutor(given.jobs) as pool:
+        folder = given.keep or Path(scratch)
         folder.mkdir(parents=True, exist_ok=True)
-        jobs = [pool.submit(one, options.sim, options.seed, k, (options.holds, options.mixed), folder) for k in range(options.programs)]
-        ran, failed, made, most = 0, 0, 0, {}
-        for job in jobs:
-            result = job.result()
-            if result is None:
-                continue
-            complaints, count, used = result
-            ran, made, failed = ran + 1, made + count, failed + bool(complaints)
-            most = {label: max(most.get(label, 0.0), share) for label, share in used.items()} | {
-                label: share for label, share in most.items() if label not in used
-            }
-            for line in complaints:
-                print(line, flush=True)
-    uses = ", ".join(f"{label} {share:.4f}" for label, share in most.items())
-    print(f"{ran} programs of {options.programs} ran, {made} events, {failed} programs failed; largest use: {uses}")
-    return 1 if failed or ran < 0.8 * options.programs else 0
+        jobs = [pool.submit(one, given.sim, *row, options, folder) for row in every if row[0] not in records]
+        for job in as_completed(jobs):
+            record = job.result()
+            records[record["name"]] = record
+            if given.log:
+                with open(given.log, "a", encoding="utf-8") as log:
+                    log.write(json.dumps(record) + "\n")
+            for run, kind, text in record["violations"]:
+                print(f"{run}: {kind}: {text}", flush=True)
+            failed += bool(record["violations"])
+            if len(records) % EVERY == 0:
+                print(f"{len(records)} of {len(every)} done, {failed} failed, {time.monotonic() - begun:.0f} s", file=sys.stderr, flush=True)
+    return total([records[name] for name, *_ in every], len(every), time.monotonic() - begun)
 
 
 if __name__ == "__main__":

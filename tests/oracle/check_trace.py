@@ -19,6 +19,7 @@ Exit codes: 0 all hold, 1 a check failed, 2 the files cannot be read.
 import argparse
 import sys
 import tomllib
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -27,10 +28,26 @@ import trace_file as tr
 ORDERS = [("velocity", "v_limit", "v_max", 1), ("acceleration", "a_limit", "a_max", 2), ("jerk", "j_limit", "j_max", 3)]
 
 
-def differences(position, order):
-    """Exact n-th differences; the machine stands at zero before the first row, so rows are kept."""
-    still = np.zeros((order, position.shape[1]), dtype=position.dtype)
-    return np.diff(np.concatenate([still, position]), n=order, axis=0)
+def differences(position, order, before=None):
+    """Exact n-th differences, one row per row: `before` are at least n rows before the first, else the machine stands at zero there."""
+    if before is None:
+        before = np.zeros((order, position.shape[1]), dtype=position.dtype)
+    return np.diff(np.concatenate([before[-order:], position]), n=order, axis=0)
+
+
+@dataclass
+class Peak:
+    """Largest n-th difference of one axis, 1e-10 step, and where it is."""
+
+    units: int = 0
+    tick: int = 0
+    block: int = 0
+
+
+def peaks(trace, delta):
+    """The `Peak` of every axis in differences [row, axis] of a trace."""
+    rows = np.abs(delta).argmax(axis=0)
+    return [Peak(abs(int(delta[row, a])), int(trace.tick[row]), int(trace.block[row])) for a, row in enumerate(rows)]
 
 
 def check_rows(trace, summary):
@@ -93,28 +110,37 @@ def check_limits(trace, summary, tolerances, brisk, free):
     matter of `check_corners`.
     """
     rows, problems = [], []
-    hz = summary["servo_hz"]
-    for label, limit_key, claim_key, order in ORDERS:
-        tolerance = tolerances[order - 1]
+    for order in (1, 2, 3):
         delta = differences(trace.position, order)
         judged = np.where(free, 0, delta) if order > 1 else delta
-        for a, axis in enumerate(summary["axes"]):
-            row = int(np.argmax(np.abs(judged[:, a])))
-            per_step = hz**order / (tr.SCALE * axis["steps_per_unit"])
-            peak = abs(int(judged[row, a])) * per_step
-            limit, claim = axis[limit_key], axis[claim_key]
-            counts = not (brisk and order == 3)
-            over = counts and peak > limit * (1.0 + tolerance)
-            # Ten printed decimals leave 2^(order-1) units of the last place in an n-th difference.
-            floor = 2.0**order * per_step
-            real = abs(int(np.abs(delta[:, a]).max())) * per_step
-            lies = counts and abs(claim - real) > tolerance * max(real, limit * 1e-3) + floor
-            verdict = "OVER" if over else ("claim" if lies else ("-" if not counts else "ok"))
-            rows.append((axis["name"], label, peak, limit, peak / limit, claim, int(trace.tick[row]), int(trace.block[row]), verdict))
-            if over:
-                problems.append(f"{axis['name']} {label} {peak:.6g} exceeds {limit:.6g} at tick {trace.tick[row]}")
-            if lies:
-                problems.append(f"{axis['name']} {label}: summary says {claim:.6g}, trace has {real:.6g}")
+        real = [peak.units for peak in peaks(trace, delta)]
+        table, more = against_limits(peaks(trace, judged), real, order, summary, tolerances[order - 1], not (brisk and order == 3))
+        rows, problems = rows + table, problems + more
+    return rows, problems
+
+
+def against_limits(judged, real, order, summary, tolerance, counts):
+    """The largest `order`-th differences, a `Peak` per axis, against its limit; `real` are what the summary should have found.
+
+    Returns (table rows, problems), like `check_limits`. Without `counts` there is no limit.
+    """
+    rows, problems = [], []
+    hz = summary["servo_hz"]
+    label, limit_key, claim_key, _ = ORDERS[order - 1]
+    for axis, most, units in zip(summary["axes"], judged, real):
+        per_step = hz**order / (tr.SCALE * axis["steps_per_unit"])
+        peak, found = most.units * per_step, units * per_step
+        limit, claim = axis[limit_key], axis[claim_key]
+        over = counts and peak > limit * (1.0 + tolerance)
+        # Ten printed decimals leave 2^(order-1) units of the last place in an n-th difference.
+        floor = 2.0**order * per_step
+        lies = counts and abs(claim - found) > tolerance * max(found, limit * 1e-3) + floor
+        verdict = "OVER" if over else ("claim" if lies else ("-" if not counts else "ok"))
+        rows.append((axis["name"], label, peak, limit, peak / limit, claim, most.tick, most.block, verdict))
+        if over:
+            problems.append(f"{axis['name']} {label} {peak:.6g} exceeds {limit:.6g} at tick {most.tick}")
+        if lies:
+            problems.append(f"{axis['name']} {label}: summary says {claim:.6g}, trace has {found:.6g}")
     return rows, problems
 
 

@@ -26,8 +26,8 @@ class Stretch:
     kind: str  # "line", "arc", "ASPLINE", "BSPLINE", "CSPLINE", "G6"
     start: list  # Fractions, one per axis
     points: list = field(default_factory=list)
-    begin: str = "BAUTO"
-    end: str = "EAUTO"
+    begin: str = "BNAT"
+    end: str = "ENAT"
     degree: int = 3
     intervals: list = field(default_factory=list)  # PL per point, None where not given
     length: Fraction = Fraction(0)  # G6: I
@@ -75,7 +75,7 @@ def read(path, axes):
     """Stretches of the program at `path` for a machine with the axis letters `axes`; starts at zero."""
     here = [Fraction(0)] * len(axes)
     mode, absolute, inch = "G1", True, False
-    begin, end, degree = "BAUTO", "EAUTO", 3
+    begin, end, degree = "BNAT", "ENAT", 3
     speed, stops = Fraction(0), False
     out, pending = [], None
     for text in inlined(path):

@@ -54,12 +54,13 @@ def brisk_grid(m, run, nodes):
 
 
 def brisk(m, run):
-    """Times of one run on two grids, and intervals of the finer."""
+    """Times of one run on two grids, the finer grid, and the velocity at its nodes."""
     found = []
     for nodes, per_piece in zip(BRISK_NODES, BRISK_PER_PIECE):
         g = brisk_grid(m, run, max(nodes, per_piece * len(run.pieces)))
-        found.append(float(topp.times(g, topp.profile(m, g)).sum()))
-    return found, len(g.ds)
+        b = topp.profile(m, g)
+        found.append(float(topp.times(g, b).sum()))
+    return found, g, np.sqrt(b)
 
 
 def attempts(m, g, tries):
@@ -72,15 +73,15 @@ def attempts(m, g, tries):
     return None
 
 
-def soft(m, run, program_s, factor=0.4):
-    """Times of one run on finer and finer grids, and intervals of the finest.
+def soft(m, run, program_s, factor=0.4, closed=True):
+    """Times of one run on finer and finer grids, the finest grid, and the velocity at its nodes; no grid where the form is closed.
 
     The first guess is `factor` times the velocity without a jerk limit.
     """
     count = len(run.pieces)
     line = straight.limits(m, run)
-    if line is not None:
-        return [straight.shortest(*line)], 1
+    if closed and line is not None:
+        return [straight.shortest(*line)], None, None
     g = brisk_grid(m, run, max(120, 3 * count))
     fast = np.sqrt(topp.profile(m, g))
     cap = jerk_limited.node_limit(m, g)
@@ -94,12 +95,12 @@ def soft(m, run, program_s, factor=0.4):
         start = jerk_limited.carry(g, motion, finer)
         better = attempts(m, finer, ((s, start) for s in ("adaptive", "monotone")))
         if better is None:
-            return found, len(g.ds)
+            return found, g, motion.v
         motion, g = better, finer
         found.append(motion.total())
         still = abs(found[-1] - found[-2]) < STILL * program_s
         if still or 2 * len(g.ds) > SOFT_LARGEST:
-            return found, len(g.ds)
+            return found, g, motion.v
 
 
 def optimum(m, program, mode, factor=0.4):
@@ -111,12 +112,12 @@ def optimum(m, program, mode, factor=0.4):
         found = [soft(m, run, least, factor) for run in runs]
     else:
         found = [brisk(m, run) for run in runs]
-    total = sum(times[-1] for times, _ in found)
-    change = sum(abs(times[-1] - times[-2]) for times, _ in found if len(times) > 1)
+    total = sum(times[-1] for times, *_ in found)
+    change = sum(abs(times[-1] - times[-2]) for times, *_ in found if len(times) > 1)
     return {
         f"{mode}_s": round(total, 6),
         f"{mode}_change": float(f"{change / total:.1e}"),
-        f"{mode}_intervals": sum(n for _, n in found),
+        f"{mode}_intervals": sum(1 if g is None else len(g.ds) for _, g, _ in found),
         f"{mode}_runs": len(runs),
     }
 

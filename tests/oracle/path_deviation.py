@@ -4,8 +4,8 @@
     path_deviation.py PROGRAM TRACE.csv SUMMARY.json [--limit-um 1.0]
     path_deviation.py --g6 PROGRAM [--axes XYZAC]
 
-First form: builds lines, C-splines (chord-length parameter; tangent, natural or not-a-knot ends), A-splines
-(Akima with his quadratic extrapolation), clamped B-splines (scipy) and G6 cubics from the program text, then
+First form: builds lines, arcs of the XY plane, C-splines (chord-length parameter; tangent, natural or not-a-knot ends), A-splines
+(Akima; tangent, natural or extrapolated ends), clamped B-splines (scipy) and G6 cubics from the program text, then
 matches every trace row to the curve point at the same travelled length and takes the distance to the nearest
 point of the curve around it. The limit is 1 um plus half a step on the linear axes, and the same number in
 thousandths of a degree on the rotary ones.
@@ -20,13 +20,15 @@ import sys
 from fractions import Fraction
 
 import numpy as np
-from scipy.interpolate import Akima1DInterpolator, BSpline, CubicSpline, PPoly
+from scipy.interpolate import Akima1DInterpolator, BSpline, CubicHermiteSpline, CubicSpline, PPoly
 
 import nc_program
 import trace_file as tr
 
 GAUSS_X, GAUSS_W = np.polynomial.legendre.leggauss(16)
 PER_SEGMENT = 64
+# Largest angle of the cubic pieces an arc is made of: 0.3 nm off the arc at 20 mm radius (h^4 / 384 of the radius).
+ARC_ANGLE = 0.05
 
 
 def chord_lengths(points, linear):
@@ -46,6 +48,21 @@ def end_condition(word, chord, linear):
     return (2, None)
 
 
+def akima(t, points, begin, end):
+    """A-spline through `points` [n, axis] at `t`: Akima's slopes, the outer two as the end conditions of `end_condition` say.
+
+    At a natural end the second derivative of the first or last piece is zero: 2 m0 + m1 = 3 d0.
+    """
+    slopes = Akima1DInterpolator(t, points).derivative()(t)
+    for condition, outer, inner in ((begin, 0, 1), (end, -1, -2)):
+        if condition == "not-a-knot":
+            continue
+        order, tangent = condition
+        chord = (points[outer] - points[inner]) / (t[outer] - t[inner])
+        slopes[outer] = tangent if order == 1 else 0.5 * (3.0 * chord - slopes[inner])
+    return CubicHermiteSpline(t, points, slopes)
+
+
 def spline(stretch, before, after, linear):
     """One spline stretch as PPoly over axes; `before`, `after` are the neighbouring chords or None."""
     points = np.array([[float(v) for v in p] for p in [stretch.start, *stretch.points]])
@@ -60,7 +77,7 @@ def spline(stretch, before, after, linear):
         return PPoly(np.stack([c.c for c in columns], axis=2), columns[0].x)
     t = np.concatenate([[0.0], np.cumsum(chord_lengths(points, linear))])
     if stretch.kind == "ASPLINE":
-        return Akima1DInterpolator(t, points)
+        return akima(t, points, *(end_condition(w, c, linear) for w, c in ((stretch.begin, before), (stretch.end, after))))
     zero = np.zeros(points.shape[1])
     ends = [end_condition(stretch.begin, before, linear), end_condition(stretch.end, after, linear)]
     ends = [(2, zero) if isinstance(e, tuple) and e[1] is None else e for e in ends]
@@ -76,13 +93,33 @@ def g6_exact(stretch, axis, i):
     return value
 
 
+def arc(stretch):
+    """Cubic Hermite pieces of one arc, like those of `curve`; the radius goes evenly from that of the start to that of the end."""
+    start, end = (np.array([float(v) for v in p]) for p in (stretch.start, stretch.points[0]))
+    centre = start[:2] + [float(v) for v in stretch.centre]
+    (r0, r1), (first, last) = zip(*((np.hypot(*d), np.arctan2(d[1], d[0])) for d in (start[:2] - centre, end[:2] - centre)))
+    sign = -1.0 if stretch.clockwise else 1.0
+    sweep = sign * (sign * (last - first) % (2 * np.pi) or 2 * np.pi) + sign * 2 * np.pi * stretch.turns
+    count = int(np.ceil(abs(sweep) / ARC_ANGLE))
+    w, share = sweep / count, np.linspace(0.0, 1.0, count + 1)
+    angle, radius = first + sweep * share, (r0 + (r1 - r0) * share)[:, None]
+    out = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    across = np.stack([-out[:, 1], out[:, 0]], axis=1)
+    even = (end - start)[None, 2:] * np.ones((count + 1, 1))
+    q = np.concatenate([centre + radius * out, start[2:] + even * share[:, None]], axis=1)
+    d = np.concatenate([w * radius * across + (r1 - r0) / count * out, even / count], axis=1)
+    q[0], q[-1] = start, end
+    step = q[1:] - q[:-1]
+    return list(np.stack([d[:-1] + d[1:] - 2 * step, 3 * step - 2 * d[:-1] - d[1:], d[:-1], q[:-1]], axis=2))
+
+
 def curve(stretches, linear):
     """Cubic pieces of the whole program: coefficients [piece, axis, power 3..0] over u in [0, 1]."""
     pieces = []
     for n, stretch in enumerate(stretches):
         if stretch.kind == "arc":
-            raise ValueError(f"{stretch.line!r}: arcs are not covered here")
-        if stretch.kind == "line":
+            pieces += arc(stretch)
+        elif stretch.kind == "line":
             start, end = (np.array([float(v) for v in p]) for p in (stretch.start, stretch.points[0]))
             pieces.append(np.stack([0 * start, 0 * start, end - start, start], axis=1))
         elif stretch.kind == "G6":
@@ -153,25 +190,38 @@ def nearest(points, pieces, u, linear, passes=12):
     return np.sqrt((d[:, linear] ** 2).sum(axis=1)), np.abs(d[:, ~linear]).max(axis=1, initial=0.0)
 
 
-def deviations(points, pieces, linear):
-    """Per trace row: distance in mm and rotary distance in degrees; and travelled length of trace and curve."""
-    edges, table = length_table(pieces, linear)
-    steps = np.diff(points, axis=0, prepend=np.zeros((1, points.shape[1])))
-    travelled = np.cumsum(metric(steps, linear))
-    total = table[-1]
-    # A polyline of ticks is shorter than the curve by parts in 1e6; scale it away before matching.
-    goal = np.clip(travelled * (total / travelled[-1] if travelled[-1] > 0 else 1.0), 0.0, total)
+def match(points, travelled, pieces, lengths, linear, enough=0.0):
+    """Distance in mm and rotary distance in degrees of points at these travelled lengths; `lengths` as `length_table` has them.
+
+    Where both are within `enough`, the pieces around are not looked at.
+    """
+    edges, table = lengths
+    goal = np.clip(travelled, 0.0, table[-1])
     cell = np.clip(np.searchsorted(table, goal, side="right") - 1, 0, len(table) - 2)
     home, inside = cell // PER_SEGMENT, edges[cell % PER_SEGMENT]
     best = np.full(len(points), np.inf)
     turned = np.full(len(points), np.inf)
-    for shift in (-2, -1, 0, 1, 2):
-        piece = np.clip(home + shift, 0, len(pieces) - 1)
-        u = inside if shift == 0 else np.full(len(points), 1.0 if shift < 0 else 0.0)
-        far, turn = nearest(points, pieces[piece], u, linear)
-        better = np.maximum(far, turn) < np.maximum(best, turned)
-        best, turned = np.where(better, far, best), np.where(better, turn, turned)
-    return best, turned, travelled[-1], total
+    for shift, passes in ((0, 2), (0, 12), (-1, 12), (1, 12), (-2, 12), (2, 12)):
+        rows = np.flatnonzero(np.maximum(best, turned) > enough)
+        if len(rows) == 0:
+            break
+        piece = np.clip(home[rows] + shift, 0, len(pieces) - 1)
+        u = inside[rows] if shift == 0 else np.full(len(rows), 1.0 if shift < 0 else 0.0)
+        far, turn = nearest(points[rows], pieces[piece], u, linear, passes)
+        better = np.maximum(far, turn) < np.maximum(best[rows], turned[rows])
+        best[rows[better]], turned[rows[better]] = far[better], turn[better]
+    return best, turned
+
+
+def deviations(points, pieces, linear):
+    """Per trace row: distance in mm and rotary distance in degrees; and travelled length of trace and curve."""
+    lengths = length_table(pieces, linear)
+    total = lengths[1][-1]
+    steps = np.diff(points, axis=0, prepend=np.zeros((1, points.shape[1])))
+    travelled = np.cumsum(metric(steps, linear))
+    # A polyline of ticks is shorter than the curve by parts in 1e6; scale it away before matching.
+    scale = total / travelled[-1] if travelled[-1] > 0 else 1.0
+    return *match(points, travelled * scale, pieces, lengths, linear), travelled[-1], total
 
 
 def report_g6(program, axes):

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Shows that the checkers here pass a right record and fail a wrong one, without any simulator.
+"""Shows that the checkers here, those of the campaign included, pass a right record and fail a wrong one, without any simulator.
 
 Records are made from closed formulas: a straight jerk-limited move, and the C-spline of the thesis sampled
 along its own length; then each is spoiled in one way at a time. Exit code 0 if every verdict is as expected.
@@ -17,6 +17,8 @@ import numpy as np
 import check_trace
 import nc_program
 import path_deviation
+import trace_file
+import watch
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 HZ = 5000
@@ -72,7 +74,7 @@ def verdict(module, *arguments):
 
 def expect(name, got, wanted, failures):
     """Prints one line and remembers a wrong verdict."""
-    print(f"{'ok  ' if got == wanted else 'FAIL'} {name}: exit {got}")
+    print(f"{'ok  ' if got == wanted else 'FAIL'} {name}: {got}")
     if got != wanted:
         failures.append(name)
 
@@ -158,6 +160,59 @@ def deviation(folder, failures):
     expect("a run that ends early is seen", run(), 1, failures)
 
 
+def watched(folder, failures):
+    """watch on a straight move, all at once and in parts; each kind of violation alone."""
+    program = folder / "p.nc"
+    program.write_text("G90 SOFT\nG1 X20 F30000\nM30\n", encoding="ascii")
+    course = watch.Course(program)
+
+    def kinds(size):
+        run = watch.Watch(course)
+        with open(folder / "t.csv", "rb") as file:
+            try:
+                for part in trace_file.stream(file, size):
+                    run.take(part)
+            except trace_file.BadTrace:
+                return ["unreadable"]
+        return sorted({kind for kind, _ in run.verdict(trace_file.read_summary(folder / "s.json"), False)[0]})
+
+    def case(name, wanted, jerk=50_900.0, spoil=None):
+        s, v = jerk_move(20.0, jerk)
+        positions = np.zeros((len(s), 5))
+        positions[:, 0] = s
+        if spoil:
+            spoil(positions, v)
+        write(folder, positions, v)
+        expect(name, kinds(1 << 24), wanted, failures)
+        expect(f"{name}, in parts", kinds(3000), wanted, failures)
+
+    def beside(steps):
+        def spoil(positions, _):
+            # So slowly that no other limit is touched.
+            positions[:, 1] = steps / 1000.0 * np.sin(np.linspace(0.0, np.pi, len(positions))) ** 4
+
+        return spoil
+
+    def back(_, v):
+        v[len(v) // 2] = -0.001
+
+    def short(positions, _):
+        positions[:, 0] *= 19.999 / 20.0
+
+    case("a run within the tolerances passes", [])
+    case("jerk 2.5 % over the limit is a violation", ["jerk"], jerk=51_250.0)
+    case("0.95 steps beside the path pass", [], spoil=beside(0.95))
+    case("1.05 steps beside the path are a violation", ["path"], spoil=beside(1.05))
+    case("a motion backwards is a violation", ["backwards"], spoil=back)
+    case("an end one step short is a violation", ["end"], spoil=short)
+    case("a run on the path passes again", [])
+    lines = (folder / "t.csv").read_text(encoding="ascii").splitlines(keepends=True)
+    (folder / "t.csv").write_text("".join(lines[:6] + lines[7:]), encoding="ascii")
+    expect("a missing tick is a violation", kinds(1 << 24), ["trace"], failures)
+    (folder / "t.csv").write_text("".join(lines)[:-7], encoding="ascii")
+    expect("a trace that breaks off is seen", kinds(1 << 24), ["unreadable"], failures)
+
+
 def main():
     """Command line; returns the exit code."""
     failures = []
@@ -165,6 +220,7 @@ def main():
         limits(Path(name), failures)
         corners(Path(name), failures)
         deviation(Path(name), failures)
+        watched(Path(name), failures)
     return 1 if failures else 0
 
 

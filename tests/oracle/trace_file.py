@@ -40,6 +40,72 @@ def fixed_point(text):
 
 def read_trace(path):
     """Reads a trace CSV; raises BadTrace."""
+    with open(path, "rb") as file:
+        names = header(file)
+        trace = columns(file.read(), names) if names else None
+    return read_lines(path) if trace is None else trace
+
+
+def header(file):
+    """Axes named by the first line of an open trace, or None if it is not that of a trace."""
+    names = file.readline().decode("ascii", "replace").strip().split(",")
+    return names[4:] if names[:4] == FIXED_COLUMNS and len(names) > 4 else None
+
+
+def columns(rows, axes):
+    """Rows of a trace (bytes) all at once; None unless every column keeps its number of decimals.
+
+    Without their points the numbers are integers. That each point stands in its place is checked first.
+    """
+    if not rows.endswith(b"\n"):
+        return None
+    text = np.frombuffer(rows, dtype=np.uint8)
+    ends = np.flatnonzero((text == ord(",")) | (text == ord("\n")))
+    points = np.flatnonzero(text == ord("."))
+    width, pointed = len(axes) + 4, len(axes) + 2
+    if len(ends) % width or len(points) * width != len(ends) * pointed:
+        return None
+    ends, points = ends.reshape(-1, width), points.reshape(-1, pointed)
+    last = text[ends] == ord("\n")
+    decimals = ends[:, [1, *range(3, width)]] - points - 1
+    regular = last[:, -1].all() and not last[:, :-1].any() and (decimals == decimals[0]).all() and (decimals[0, 2:] == DECIMALS).all()
+    digits = int(((text >= ord("0")) & (text <= ord("9"))).sum())
+    # A sign stands at the beginning of a number only.
+    signs = np.flatnonzero(text == ord("-"))
+    before = text[signs - 1]
+    begins = (signs == 0) | (before == ord(",")) | (before == ord("\n"))
+    if not regular or not begins.all() or digits + ends.size + points.size + signs.size != text.size:
+        return None
+    numbers = np.fromstring(rows.replace(b".", b"").replace(b"\n", b",")[:-1], dtype=np.int64, sep=",")
+    if numbers.size != ends.size:
+        return None
+    numbers = numbers.reshape(-1, width)
+    t_s, feed = (numbers[:, c] / 10.0 ** decimals[0, d] for c, d in ((1, 0), (3, 1)))
+    return Trace(axes, numbers[:, 0].copy(), t_s, numbers[:, 2].copy(), feed, numbers[:, 4:].copy())
+
+
+def stream(file, size=4_000_000):
+    """Parts of a trace that is still being written, about `size` bytes each; raises BadTrace."""
+    axes = header(file)
+    if axes is None:
+        return
+    rest = b""
+    while True:
+        more = file.read(size)
+        rows, cut, rest = (rest + more).rpartition(b"\n")
+        if cut:
+            part = columns(rows + cut, axes)
+            if part is None:
+                raise BadTrace("columns do not keep their decimals")
+            yield part
+        if not more:
+            break
+    if rest:
+        raise BadTrace("the last row is not complete")
+
+
+def read_lines(path):
+    """Reads a trace CSV line by line; raises BadTrace with the line that is wrong."""
     ticks, times, blocks, feeds, positions = [], [], [], [], []
     with open(path, encoding="utf-8") as lines:
         header = lines.readline().strip().split(",")
