@@ -6,6 +6,7 @@ pub mod campaign;
 pub mod compensated;
 pub mod drive;
 pub mod examples;
+pub mod feed;
 pub mod generate;
 pub mod laws;
 pub mod oracle;

@@ -54,7 +54,6 @@ struct Measure {
     /// Axes that make up the path length.
     counts: [bool; AXES],
     rotary_only: bool,
-    feed_scale: f32,
     /// Nothing of its shape is kept.
     tiny: bool,
 }
@@ -80,11 +79,6 @@ impl Measure {
         Self {
             counts: units.rotary.map(|rotary| rotary != any_linear),
             rotary_only: !any_linear,
-            feed_scale: if any_linear || linear == 0.0 {
-                1.0
-            } else {
-                rotary / linear
-            },
             tiny: linear <= TINY && rotary <= TINY,
         }
     }
@@ -94,8 +88,16 @@ impl Measure {
         Self {
             counts: self.counts.map(|counts| !counts),
             rotary_only: !self.rotary_only,
-            feed_scale: 1.0,
             tiny: self.tiny,
+        }
+    }
+
+    /// Path units per unit of what the feed refers to, over a piece of `length` that is `rest` long over the other axes.
+    fn feed_scale(&self, length: f32, rest: f32) -> f32 {
+        if self.rotary_only && rest > 0.0 {
+            length / rest
+        } else {
+            1.0
         }
     }
 
@@ -136,11 +138,11 @@ fn steps(piece: &Piece, axis: usize) -> i32 {
 fn chord(format: &Format, piece: &Piece, delta: &AxisVec, measure: &Measure, block: u32) -> Built {
     const SHORTEST: f32 = LENGTH_MIN as f32 / (1_u64 << S_FRAC) as f32;
     let other = measure.other();
-    let [mut length, rest] = [measure, &other].map(|m| sqrt(m.dot(delta, delta)));
+    let [mut length, mut rest] = [measure, &other].map(|m| sqrt(m.dot(delta, delta)));
     let mut measure = measure;
     if length < SHORTEST && rest > length {
         // What moves at all is driven, whatever the control polygon is measured in.
-        (measure, length) = (&other, rest);
+        (measure, length, rest) = (&other, rest, length);
     }
     let most = (0..AXES).map(|a| steps(piece, a)).max().unwrap_or(0);
     let parts = 1 + (most / TRAVEL_MAX).max((length * (1.0 / LENGTH_MAX)) as i32);
@@ -157,7 +159,7 @@ fn chord(format: &Format, piece: &Piece, delta: &AxisVec, measure: &Measure, blo
     let shape = PathShape::straight(
         delta.map(|d| d * per),
         measure.rotary_only,
-        measure.feed_scale,
+        measure.feed_scale(length, rest),
     );
     if parts > 1 {
         return Built::Line(parts as u32, length_q, shape);
@@ -236,12 +238,16 @@ fn curve(
             piece.slope[0][a] + u * (b0 + u * (0.5 * (b1 - b0)))
         })
     };
-    let speed = |d: &AxisVec| sqrt(measure.dot(d, d));
-    let ends = [0, 1].map(|i| speed(&piece.slope[i]));
-    let mut length = LOBATTO_END * (ends[0] + ends[1]);
-    for (u, weight) in LOBATTO {
-        length += weight * speed(&derivative(u));
-    }
+    let lengths = |measure: &Measure| {
+        let speed = |d: &AxisVec| sqrt(measure.dot(d, d));
+        let ends = [0, 1].map(|i| speed(&piece.slope[i]));
+        let mut length = LOBATTO_END * (ends[0] + ends[1]);
+        for (u, weight) in LOBATTO {
+            length += weight * speed(&derivative(u));
+        }
+        (length, ends)
+    };
+    let (length, ends) = lengths(measure);
     if !(length < LENGTH_MAX) {
         return None;
     }
@@ -294,7 +300,9 @@ fn curve(
         return None;
     }
     shape.rotary_only = measure.rotary_only;
-    shape.feed_scale = measure.feed_scale;
+    if measure.rotary_only {
+        shape.feed_scale = measure.feed_scale(length, lengths(&measure.other()).0);
+    }
     Some((ServoSegment::new(block, length_q, axes), shape))
 }
 

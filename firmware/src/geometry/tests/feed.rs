@@ -97,6 +97,31 @@ fn an_arc_takes_the_programmed_time() {
 }
 
 #[test]
+fn a_spiral_of_small_radius_takes_the_programmed_time() {
+    let arc = Motion::Arc(Arc {
+        plane: Plane::Xy,
+        clockwise: false,
+        centre: Centre::Point([0, 0]),
+        turns: 0,
+    });
+    // An eighth of a turn, the radius from 0.05 to 0.06 mm: the mean radius alone is 1e-2 off.
+    let start = [0.05, 0.0, 0.0, 0.0, 0.0];
+    let by = 0.06 * 0.5_f64.sqrt();
+    let path = run(&start, &[timed(arc, &[by, by, 0.0, 0.0, 0.0])]).unwrap();
+    // Radius R over an angle of a, growing by g: the integral of sqrt((R a)^2 + g^2) over its share.
+    let (a, g) = (PI / 4.0, 0.01);
+    let speed = |t: f64| ((0.05 + g * t) * a).hypot(g);
+    let parts = 2000;
+    let sum: f64 = (0..parts)
+        .map(|k| speed((f64::from(k) + 0.5) / f64::from(parts)))
+        .sum();
+    let want = sum / f64::from(parts) * f64::from(RATE);
+    let error = f64::from(path[0].feed) / want - 1.0;
+    // End points are whole 1e-6 mm.
+    assert!(error.abs() < 2e-5, "{error}");
+}
+
+#[test]
 fn curves_take_the_programmed_time() {
     let curve = |a4| {
         Motion::Polynomial(Polynomial {
