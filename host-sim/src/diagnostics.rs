@@ -30,13 +30,22 @@ pub enum Exit {
     Waiting = 7,
     /// 8: the simulated time reached its bound before the program ended.
     TimeBound = 8,
+    /// 9: a count or a size is over its budget (`bench --check`).
+    Budget = 9,
 }
 
 /// The exit codes as `--help` shows them.
 pub const EXIT_CODE_HELP: &str =
     "Exit codes: 0 done, 2 wrong command line, machine file or event file, \
 3 error in the program, 4 travel limit violated, 5 file or port I/O, 6 emulator, \
-7 waiting for cycle start (M0, M1 or hold), 8 bound on simulated time reached";
+7 waiting for cycle start (M0, M1 or hold), 8 bound on simulated time reached, \
+9 a count of `bench --check` is over its budget";
+
+impl From<std::io::Error> for Failure {
+    fn from(error: std::io::Error) -> Self {
+        Self::new(Exit::Io, Located::new(error.to_string()))
+    }
+}
 
 impl From<Exit> for process::ExitCode {
     fn from(exit: Exit) -> Self {

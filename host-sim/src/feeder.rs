@@ -1,10 +1,12 @@
 //! The sending side of the line protocol: character counting, as a well-behaved sender does it.
 //!
-//! In: a [`Program`] and the bytes the controller transmits. Out: lines to send, and what the controller said
+//! In: lines, one after the other, and the bytes the controller transmits. Out: lines to send, and what the controller said
 //! as [`Reply`]. A line is on its way until its `ok` or `error:N` comes back; the bytes of all lines on their
-//! way never exceed the receive buffer.
+//! way never exceed the receive buffer. Of the text, only the next line and the lengths of those on their way are kept.
 
+use std::borrow::Cow;
 use std::collections::VecDeque;
+use std::fmt;
 
 use crate::program::Program;
 
@@ -39,12 +41,15 @@ pub enum Reply {
     Other(String),
 }
 
+/// A line to send, without its line end.
+pub type Line<'p> = Cow<'p, [u8]>;
+
 /// Streams one program.
-#[derive(Debug)]
 pub struct Feeder<'p> {
-    program: &'p Program,
-    /// Next line to send, from 0, and how much of it has been sent.
-    next: usize,
+    /// Lines behind `next`.
+    lines: Box<dyn Iterator<Item = Line<'p>> + 'p>,
+    /// Next line to send, and how much of it has been sent.
+    next: Option<Line<'p>>,
     sent_of_next: usize,
     capacity: usize,
     /// Lengths of the lines on their way.
@@ -56,13 +61,29 @@ pub struct Feeder<'p> {
     place: Option<(usize, usize, String)>,
 }
 
+impl fmt::Debug for Feeder<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Feeder")
+            .field("next", &self.next)
+            .field("in_flight", &self.in_flight)
+            .field("answered", &self.answered)
+            .finish_non_exhaustive()
+    }
+}
+
 impl<'p> Feeder<'p> {
     /// Sender of `program` to a controller whose empty receive buffer takes `capacity` bytes.
     #[must_use]
     pub fn new(program: &'p Program, capacity: usize) -> Self {
+        Self::of_lines(program.lines().map(Cow::Borrowed), capacity)
+    }
+
+    /// As [`Feeder::new`], of `lines` that need not exist before they are sent.
+    #[must_use]
+    pub fn of_lines(mut lines: impl Iterator<Item = Line<'p>> + 'p, capacity: usize) -> Self {
         Self {
-            program,
-            next: 0,
+            next: lines.next(),
+            lines: Box::new(lines),
             sent_of_next: 0,
             capacity: capacity.max(1),
             in_flight: VecDeque::new(),
@@ -81,7 +102,7 @@ impl<'p> Feeder<'p> {
         if self.stopped {
             return None;
         }
-        let line = self.program.line(self.next)?;
+        let line = self.next.as_ref()?;
         let whole = line.len() + 1;
         let (from, len) = if self.sent_of_next == 0 && whole <= self.capacity {
             if whole > free || self.bytes_in_flight + whole > self.capacity {
@@ -94,18 +115,17 @@ impl<'p> Feeder<'p> {
             }
             (self.sent_of_next, free.min(whole - self.sent_of_next))
         };
-        let piece: Vec<u8> = line
-            .iter()
-            .copied()
-            .chain(std::iter::once(b'\n'))
-            .skip(from)
-            .take(len)
-            .collect();
-        self.sent_of_next = from + len;
+        let end = from + len;
+        let mut piece = Vec::with_capacity(len);
+        piece.extend_from_slice(&line[from..end.min(line.len())]);
+        if end == whole {
+            piece.push(b'\n');
+        }
+        self.sent_of_next = end;
         if self.sent_of_next == whole {
             self.in_flight.push_back(whole);
             self.bytes_in_flight += whole;
-            self.next += 1;
+            self.next = self.lines.next();
             self.sent_of_next = 0;
         }
         Some(piece)
@@ -180,13 +200,13 @@ impl<'p> Feeder<'p> {
     /// True if there is nothing left to send and nothing on its way.
     #[must_use]
     pub fn is_done(&self) -> bool {
-        self.in_flight.is_empty() && (self.stopped || self.next >= self.program.len())
+        self.in_flight.is_empty() && self.is_sent()
     }
 
     /// True if every line is on its way or answered.
     #[must_use]
     pub fn is_sent(&self) -> bool {
-        self.stopped || self.next >= self.program.len()
+        self.stopped || self.next.is_none()
     }
 
     /// Lines answered so far.

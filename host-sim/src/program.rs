@@ -210,7 +210,7 @@ impl Program {
     }
 
     /// All streamed lines in order.
-    pub fn lines(&self) -> impl Iterator<Item = &[u8]> {
+    pub fn lines(&self) -> impl Iterator<Item = &[u8]> + '_ {
         (0..self.len()).filter_map(|index| self.line(index))
     }
 

@@ -11,7 +11,7 @@ use pentaspline::stepgen::record::FrameDigest;
 use pentaspline::stepgen::StepFrame;
 use pentaspline::units::Tick;
 
-use crate::feeder::{Complaint, Feeder, Reply};
+use crate::feeder::{Complaint, Feeder, Line, Reply};
 use crate::machine_file::Machine;
 use crate::program::Program;
 
@@ -82,6 +82,8 @@ pub struct Outcome {
     pub messages: Vec<String>,
     /// Events that would have come after the end.
     pub unused_events: usize,
+    /// Background calls, those that found nothing to do included.
+    pub background_calls: u64,
 }
 
 impl Outcome {
@@ -94,6 +96,7 @@ impl Outcome {
             digest: FrameDigest::default().value(),
             messages: Vec::new(),
             unused_events: 0,
+            background_calls: 0,
         }
     }
 }
@@ -118,16 +121,32 @@ pub fn run(
     options: &Options,
     observer: &mut dyn Observer,
 ) -> io::Result<Outcome> {
+    let lines = program.lines().map(Line::Borrowed);
+    run_lines(lines, machine, options, observer)
+}
+
+/// As [`run`], of `lines` that need not exist before they are sent: memory does not depend on how many there are.
+///
+/// # Errors
+/// Only those of `observer`.
+pub fn run_lines<'p>(
+    lines: impl Iterator<Item = Line<'p>> + 'p,
+    machine: &Machine,
+    options: &Options,
+    observer: &mut dyn Observer,
+) -> io::Result<Outcome> {
     let config = machine.config;
     let mut core = Box::new(Core::new());
     let (mut controller, mut servo) = core.split(&config);
     controller.set_program_stops(!options.auto_start);
-    let mut feeder = Feeder::new(program, controller.receive_free());
+    let mut feeder = Feeder::of_lines(lines, controller.receive_free());
     let mut messages = Vec::new();
     let mut digest = FrameDigest::default();
     let mut events = options.events.iter().peekable();
     let mut clock = Clock::new();
     let mut progress = Progress::default();
+    let mut background_calls = 0;
+    let mut answered = 0;
     // After an error the machine is at rest only if nothing that waits for more text can still begin to move.
     let settle = config.starve_ticks.saturating_add(config.servo_hz / 100);
     let patience = (config.servo_hz / 10).max(1);
@@ -179,7 +198,11 @@ pub fn run(
                 break;
             }
         }
-        observer.progress(feeder.answered());
+        background_calls += u64::from(polls);
+        if feeder.answered() != answered {
+            answered = feeder.answered();
+            observer.progress(answered);
+        }
 
         if polls >= POLLS_MAX {
             break End::Stuck;
@@ -230,6 +253,7 @@ pub fn run(
         digest: digest.value(),
         messages,
         unused_events: events.count(),
+        background_calls,
     })
 }
 

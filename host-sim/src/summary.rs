@@ -119,19 +119,20 @@ pub struct ErrorSummary {
     pub message: String,
 }
 
-/// Derivatives of one axis, exact.
+/// Derivatives of one axis, exact. They saturate at 2^31 steps per tick (tick^2, tick^3),
+/// beyond anything a tick can step.
 #[derive(Clone, Copy, Debug, Default)]
 struct AxisState {
     /// Last difference of each order, in bits of Q32.32.
-    differences: [i128; 2],
+    differences: [i64; 2],
     /// Largest |difference| of each order.
-    peaks: [u128; 3],
+    peaks: [u64; 3],
 }
 
 impl AxisState {
-    fn push(&mut self, velocity: i128) {
-        let acceleration = velocity - self.differences[0];
-        let jerk = acceleration - self.differences[1];
+    fn push(&mut self, velocity: i64) {
+        let acceleration = velocity.saturating_sub(self.differences[0]);
+        let jerk = acceleration.saturating_sub(self.differences[1]);
         self.differences = [velocity, acceleration];
         for (peak, value) in self.peaks.iter_mut().zip([velocity, acceleration, jerk]) {
             *peak = (*peak).max(value.unsigned_abs());
@@ -188,11 +189,12 @@ impl SummaryBuilder {
         }
         let (mut linear, mut rotary, mut off) = (0.0, 0.0, 0.0);
         for (a, axis) in self.axes.iter_mut().enumerate() {
-            let now = i128::from(sample.commanded[a].to_bits());
-            let moved = now - i128::from(self.last.commanded[a].to_bits());
+            let now = sample.commanded[a].to_bits();
+            let moved = now.saturating_sub(self.last.commanded[a].to_bits());
             axis.push(moved);
             let distance = moved as f64 * self.unit[a];
-            let rounding = (now - (i128::from(sample.emitted[a]) << 32)) as f64 * self.unit[a];
+            let rounding = now.saturating_sub(i64::from(sample.emitted[a]) << 32);
+            let rounding = rounding as f64 * self.unit[a];
             if self.linear[a] {
                 linear += distance * distance;
                 off += rounding * rounding;

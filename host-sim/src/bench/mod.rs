@@ -16,13 +16,17 @@ use crate::emulate::{self, EmulateError};
 use crate::machine_file::Machine;
 use crate::program::Program;
 
+pub mod budget;
 pub mod host;
 pub mod image;
 pub mod markdown;
 pub mod meter;
+pub mod readme;
 pub mod report;
+pub mod scale;
 pub mod vectors;
 
+use image::ImageSize;
 use meter::{count, ratio, Counts};
 use report::{Group, Report};
 
@@ -54,6 +58,8 @@ pub enum BenchError {
     },
     /// The image is no ELF file for the board.
     NoElf(PathBuf),
+    /// The images come from two compilers: of the meter, of the board.
+    Mixed(String, String),
     /// Something could not be read.
     Io(io::Error),
     /// The built-in machine does not parse.
@@ -65,7 +71,10 @@ impl BenchError {
     #[must_use]
     pub fn help(&self) -> String {
         match self {
-            Self::Emulate(EmulateError::NoImage(_)) | Self::Missing(_) | Self::NoElf(_) => {
+            Self::Emulate(EmulateError::NoImage(_))
+            | Self::Missing(_)
+            | Self::NoElf(_)
+            | Self::Mixed(..) => {
                 format!("build the images: {BUILD_IMAGES}")
             }
             Self::Emulate(error) => error.help(),
@@ -84,6 +93,10 @@ impl fmt::Display for BenchError {
                 "the program that begins `{first_line}` gave {errors} errors and was not measured"
             ),
             Self::NoElf(path) => write!(f, "{} is no image of a board", path.display()),
+            Self::Mixed(meter, board) => write!(
+                f,
+                "the meter image comes from `{meter}`, the board's from `{board}`"
+            ),
             Self::Io(error) => write!(f, "{error}"),
             Self::Machine(text) => write!(f, "{text}"),
         }
@@ -135,20 +148,51 @@ impl Images {
     }
 }
 
-/// Measures everything; says what it does next to `progress`.
+/// What is measured.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Scope {
+    /// Rows that depend on the PC.
+    pub pc: bool,
+    /// Rows by program length, up to 10^6 blocks.
+    pub scale: bool,
+}
+
+/// Measures; says what it does next to `progress`.
 ///
 /// # Errors
 /// [`BenchError`].
-pub fn measure(images: &Images, progress: &mut dyn FnMut(&str)) -> Result<Report, BenchError> {
+pub fn measure(
+    images: &Images,
+    scope: Scope,
+    progress: &mut dyn FnMut(&str),
+) -> Result<Report, BenchError> {
     let machine = vectors::machine()?;
     let mut report = Report::default();
+    let (meter, board) = (size(&images.meter)?, size(&images.board)?);
+    if meter.compiler != board.compiler {
+        return Err(BenchError::Mixed(meter.compiler, board.compiler));
+    }
+    report.compiler.clone_from(&board.compiler);
     servo(&images.meter, &machine, progress, &mut report)?;
     background(&images.meter, &machine, progress, &mut report)?;
     progress("sizes and stack of the image");
-    memory(images, &mut report)?;
-    progress("speed of the simulator");
-    simulator(&machine, &mut report)?;
+    memory(images, &board, &mut report)?;
+    if scope.pc {
+        progress("speed of the simulator");
+        simulator(&machine, &mut report)?;
+    }
+    progress("placement of step edges");
+    placement(&machine, &mut report)?;
+    if scope.scale {
+        scale::measure(progress, &mut report)?;
+    }
     Ok(report)
+}
+
+fn size(path: &Path) -> Result<ImageSize, BenchError> {
+    let elf = std::fs::read(path)
+        .map_err(|_| BenchError::Emulate(EmulateError::NoImage(path.to_owned())))?;
+    image::size(&elf).ok_or_else(|| BenchError::NoElf(path.to_owned()))
 }
 
 /// Header for ticks in which every axis makes `rate` steps per second, up to rounding.
@@ -448,13 +492,8 @@ fn planning(core: &Counts, parts: &Counts) -> Result<u64, BenchError> {
     Ok(rest)
 }
 
-fn memory(images: &Images, report: &mut Report) -> Result<(), BenchError> {
+fn memory(images: &Images, size: &ImageSize, report: &mut Report) -> Result<(), BenchError> {
     report.group(Group::Memory);
-    let elf = std::fs::read(&images.board)
-        .map_err(|_| BenchError::Emulate(EmulateError::NoImage(images.board.clone())))?;
-    let size = image::size(&elf).ok_or_else(|| BenchError::NoElf(images.board.clone()))?;
-    report.compiler.clone_from(&size.compiler);
-
     let text = vectors::plane_spline(&MACHINE, 60, 2.0, 6000.0);
     let program = Program::from_text("stack", &text)?;
     let options = emulate::Options {
@@ -499,18 +538,25 @@ fn simulator(machine: &Machine, report: &mut Report) -> Result<(), BenchError> {
         "s/s",
         "simulated time over wall-clock time, every tick, without plant, one core; depends on the PC",
     );
-    let text = vectors::spline(&machine.config, 4000, 0.5, 12_000.0);
-    let speed = host::speed(machine, &text)?;
+    let speed = host::speed(machine, &fine_spline(machine))?;
     report.add(
         "sim_blocks_per_s",
         speed.lines_per_s,
         "1/s",
         "lines of a C-spline, 0.5 mm apart at 200 mm/s, through the core as `check` runs it; depends on the PC",
     );
+    Ok(())
+}
 
+/// A C-spline through points 0.5 mm apart at 200 mm/s.
+fn fine_spline(machine: &Machine) -> String {
+    vectors::spline(&machine.config, 4000, 0.5, 12_000.0)
+}
+
+fn placement(machine: &Machine, report: &mut Report) -> Result<(), BenchError> {
     report.group(Group::Placement);
     let slot_ns = 1e9 / (f64::from(machine.config.servo_hz) * f64::from(SLOTS));
-    let mut jitter = host::jitter(machine, &text)?;
+    let mut jitter = host::jitter(machine, &fine_spline(machine))?;
     for rate in [1_000.0, 100_000.0, 666_666.7] {
         let text = vectors::line(&machine.config, rate, -100.0, 5.0, 40);
         let more = host::jitter(machine, &text)?;

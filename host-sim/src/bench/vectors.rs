@@ -99,6 +99,27 @@ pub fn plane_spline(config: &Config, knots: u32, pitch: f64, feed: f64) -> Strin
         .collect()
 }
 
+/// Blocks after which [`long`] repeats its path.
+pub const PERIOD: u32 = 500;
+
+/// Lines of a C-spline through `blocks` points about 0.5 mm apart at 200 mm/s, each made when it is asked for: a rippled
+/// circle in three axes, over and over, for the built-in machine as it is.
+pub fn long(blocks: u32) -> impl Iterator<Item = String> {
+    let head = ["G64 SOFT", "G1 F12000", "CSPLINE"].map(str::to_owned);
+    let points = (1..=blocks).map(|k| {
+        let t = f64::from(k % PERIOD) / f64::from(PERIOD) * std::f64::consts::TAU;
+        let at = [
+            35.0 * t.sin() + 2.0 * (5.0 * t).sin(),
+            35.0 * (1.0 - t.cos()),
+            5.0 * (2.0 * t).sin(),
+        ];
+        // Minus zero is a word clients send, but not what is measured here.
+        let [x, y, z] = at.map(|value| value + 0.0);
+        format!("X{x:.4} Y{y:.4} Z{z:.4}")
+    });
+    head.into_iter().chain(points).chain(["M30".to_owned()])
+}
+
 /// `blocks` quarters of a circle of 10 mm radius, clockwise.
 #[must_use]
 pub fn quarter_circles(blocks: usize) -> String {

@@ -30,9 +30,7 @@ impl Observer for Watch {
     }
 
     fn progress(&mut self, lines: usize) {
-        if self.bar.position() != lines as u64 {
-            self.bar.set_position(lines as u64);
-        }
+        self.bar.set_position(lines as u64);
     }
 }
 

@@ -115,9 +115,7 @@ impl Observer for Recorder<'_> {
     }
 
     fn progress(&mut self, lines: usize) {
-        if self.bar.position() != lines as u64 {
-            self.bar.set_position(lines as u64);
-        }
+        self.bar.set_position(lines as u64);
     }
 }
 
