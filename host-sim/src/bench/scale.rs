@@ -60,7 +60,7 @@ impl Took {
         Ok(Self { seconds, peak_kib })
     }
 
-    /// The line that [`Took::read`] reads.
+    /// The line that `Took::read` reads.
     #[must_use]
     pub fn line(&self) -> String {
         format!("{TOOK} {} {}", self.seconds, self.peak_kib)
