@@ -12,32 +12,79 @@ pub struct Brake {
     pub distance: f32,
 }
 
-/// Braking from velocity `v` and acceleration `a` to velocity `to` with zero acceleration, deceleration at most
-/// `limit_a`, jerk `limit_j` (all positive but `a`).
+/// What may be done while braking, all positive.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Grip {
+    /// Deceleration, path units/s^2.
+    pub a: f32,
+    /// Jerk that builds it up, path units/s^3.
+    pub down: f32,
+    /// Jerk that lets it go.
+    pub up: f32,
+}
+
+impl Grip {
+    /// The same jerk for both.
+    #[must_use]
+    pub fn even(a: f32, j: f32) -> Self {
+        Self { a, down: j, up: j }
+    }
+
+    /// The lesser of both in everything.
+    #[must_use]
+    pub fn least(self, other: Self) -> Self {
+        Self {
+            a: self.a.min(other.a),
+            down: self.down.min(other.down),
+            up: self.up.min(other.up),
+        }
+    }
+
+    /// A share of it: slower braking of the same shape takes the share of deceleration, and its power of 3/2 of jerk would
+    /// keep the shape in time; jerk and deceleration together by the same share is simpler and as good.
+    #[must_use]
+    pub fn share(self, share: f32) -> Self {
+        Self {
+            a: self.a * share,
+            down: self.down * share,
+            up: self.up * share,
+        }
+    }
+}
+
+/// Braking from velocity `v` and acceleration `a` to velocity `to` with zero acceleration, within `grip`.
 ///
-/// Phase one ends at the peak deceleration p with `p^2 = limit_j (v - to) + a^2 / 2` unless `limit_a` caps it.
-/// If the motion already decelerates so hard that it ends below `to`, only the release is left.
+/// Phase one ends at the peak deceleration p with `p^2 (1 / down + 1 / up) / 2 = v - to + a^2 / (2 down)` unless the
+/// deceleration allowed caps it. If the motion already decelerates so hard that it ends below `to`, only the release is left.
 #[must_use]
-pub fn brake(v: f32, a: f32, to: f32, limit_a: f32, limit_j: f32) -> Brake {
-    let drop = v - to + a * a / (2.0 * limit_j) * if a > 0.0 { 1.0 } else { -1.0 };
-    if drop <= 0.0 {
+pub fn brake(v: f32, a: f32, to: f32, grip: Grip) -> Brake {
+    let Grip { down, up, .. } = grip;
+    let given = if a > 0.0 {
+        a * a / (2.0 * down)
+    } else {
+        -a * a / (2.0 * up)
+    };
+    if v - to + given <= 0.0 {
         // Nothing left but to bring the acceleration to zero.
-        let t = a.abs() / limit_j;
-        let d = v * t + a * t * t / 2.0 - limit_j.copysign(a) * t * t * t / 6.0;
+        let j = if a > 0.0 { down } else { up };
+        let t = a.abs() / j;
+        let d = v * t + a * t * t / 2.0 - j.copysign(a) * t * t * t / 6.0;
         return Brake {
             time: [0.0, 0.0, t],
             distance: d.max(0.0),
         };
     }
-    let p = sqrt(limit_j * (v - to) + a * a / 2.0).min(limit_a.max(-a));
-    let t1 = (a + p) / limit_j;
-    let t2 = ((v - to + a * a / (2.0 * limit_j) - p * p / limit_j) / p).max(0.0);
-    let t3 = p / limit_j;
-    let d1 = t1 * (v + t1 * (a / 2.0 - limit_j * t1 / 6.0));
-    let v1 = v + t1 * (a - limit_j * t1 / 2.0);
+    let drop = v - to + a * a / (2.0 * down);
+    let half = 0.5 / down + 0.5 / up;
+    let p = sqrt(drop / half).min(grip.a.max(-a));
+    let t1 = ((a + p) / down).max(0.0);
+    let t2 = ((drop - p * p * half) / p).max(0.0);
+    let t3 = p / up;
+    let d1 = t1 * (v + t1 * (a / 2.0 - down * t1 / 6.0));
+    let v1 = v + t1 * (a - down * t1 / 2.0);
     let d2 = t2 * (v1 - p * t2 / 2.0);
     let v2 = v1 - p * t2;
-    let d3 = t3 * (v2 + t3 * (-p / 2.0 + limit_j * t3 / 6.0));
+    let d3 = t3 * (v2 + t3 * (-p / 2.0 + up * t3 / 6.0));
     Brake {
         time: [t1, t2, t3],
         distance: d1 + d2 + d3,
@@ -222,7 +269,7 @@ mod tests {
             (667.0, 10.0, 0.0),
             (10.0, -980.0, 0.0),
         ] {
-            let b = brake(v, a, to, 5000.0, 50_000.0);
+            let b = brake(v, a, to, Grip::even(5000.0, 50_000.0));
             let (mut x, mut vel, mut acc) = (0.0_f64, f64::from(v), f64::from(a));
             let h = 1e-6;
             for (t, j) in [

@@ -8,17 +8,19 @@
 
 use core::sync::atomic::Ordering::Acquire;
 
-use super::brake::{brake, slow, Phases};
-use super::limits::PathLimits;
+use super::brake::{brake, slow, Grip, Phases};
+use super::course::{Motion, TAKING};
+use super::limits::{PathLimits, Share};
 use super::profile::{View, SLACK, UNIT};
+use super::refuge::Way;
 use super::tempo::{Change, Request, Schedule, Tempo};
 use super::Planner;
 use crate::config::Config;
-use crate::interpolator::{PathState, PieceEnd};
+use crate::interpolator::PieceEnd;
 use crate::machine::Event;
 
 /// Shares of the limits a slowing down is tried with: whole ticks and joints on the way take some.
-const SHARES: [f32; 3] = [0.97, 0.85, 0.6];
+const SHARES: [f32; 4] = [0.97, 0.85, 0.6, 0.4];
 
 /// Shares of the velocity the new tempo allows here that are tried to slow down to. Zero is rest, and always safe.
 const TARGETS: [f32; 3] = [1.0, 0.6, 0.0];
@@ -46,6 +48,8 @@ pub(super) struct Pace {
     /// The one that counts.
     wanted: Tempo,
     slowing: Option<Slowing>,
+    /// The way to rest from the end of the slowing down, or from the planned state.
+    way: Way,
     /// The next try begins at this planned tick.
     again: u32,
 }
@@ -56,19 +60,18 @@ impl Pace {
         asked: Tempo::PROGRAMMED,
         wanted: Tempo::PROGRAMMED,
         slowing: None,
+        way: Way::new(),
         again: 0,
     };
 }
 
 impl View<'_> {
-    /// True if the motion can go on from here within the limits of the nodes.
-    fn is_settled(&self) -> bool {
-        let at = self.motion();
-        let limits = self.nodes.get(at.node).limits;
-        at.v <= limits.v * SLACK
-            && at.a.abs() <= limits.a * SLACK
-            && self.safe(at)
-            && self.has_refuge(&at)
+    /// The way to rest from `at` within the limits of the nodes, if the motion can go on there.
+    fn settled(&self, at: &Motion) -> Option<Way> {
+        let limits = &self.nodes.get(at.node).limits;
+        let within = at.v <= limits.v * SLACK
+            && self.keeps(at.node, [at.v, at.a, 0.0], Share::ALL.loose(SLACK));
+        within.then(|| self.refuge(at)).flatten()
     }
 
     /// The least velocity allowed on the way that braking to it takes.
@@ -78,8 +81,9 @@ impl View<'_> {
         let mut left = at.left;
         let mut index = at.node;
         while index < self.last {
-            let PathLimits { a, j, .. } = self.nodes.get(index).limits;
-            if !(a > 0.0) || left > 1.2 * brake(at.v, at.a, v.min(at.v), a, j).distance {
+            let PathLimits { a, j } = self.at(index, at.v);
+            if !(a > 0.0) || left > 1.2 * brake(at.v, at.a, v.min(at.v), Grip::even(a, j)).distance
+            {
                 break;
             }
             index += 1;
@@ -90,35 +94,20 @@ impl View<'_> {
         v.min(at.v)
     }
 
-    /// Phases that slow down to `to` (path units/s), with the state at their end and the node it lies in. `None` if the
-    /// limits of the nodes do not let it.
-    fn slow_to(&self, to: f32) -> Option<(Phases, PathState, usize)> {
+    /// Phases that slow down to `to` (path units/s), with the motion at their end. `None` if the limits of the nodes do not
+    /// let it.
+    fn slow_to(&self, to: f32) -> Option<(Phases, Motion)> {
         let at = self.motion();
         let end = (f64::from(to) / f64::from(self.hz) * f64::from(UNIT)) as i128;
+        let here = self.grip(&at, to, at.node);
         SHARES.iter().find_map(|share| {
-            let mut index = at.node;
-            let mut covered = at.left;
-            let (mut a, mut j) = (f32::MAX, f32::MAX);
-            let needed = loop {
-                let node = self.nodes.get(index);
-                a = a.min(share * node.limits.a);
-                j = j.min(share * node.limits.j);
-                if !(a > 0.0 && j > 0.0) {
-                    return None;
-                }
-                let needed = brake(at.v, at.a, to, a, j);
-                if covered >= needed.distance || index >= self.last {
-                    break needed;
-                }
-                index += 1;
-                covered += self.nodes.get(index).length;
-            };
+            let needed = brake(at.v, at.a, to, here.share(*share));
             let ticks = needed
                 .time
                 .map(|time| (libm::ceilf(time * self.hz) as u32).max(1));
             let phases = slow(&self.state, end, ticks)?;
-            let (state, node) = self.run(&phases, self.last)?;
-            (state.coordinate() <= self.nodes.get(node).length_q).then_some((phases, state, node))
+            let there = self.follow(&at, &self.course(&phases), self.last, TAKING)?;
+            (there.left >= 0.0).then_some((phases, there))
         })
     }
 }
@@ -201,7 +190,7 @@ impl Planner<'_> {
 
     /// Forgets a slowing down: the state is another one now, and at rest.
     pub(super) fn drop_slowing(&mut self) {
-        self.pace.slowing = None;
+        self.take_way(Way::new());
         self.pace.again = self.planned;
     }
 
@@ -214,7 +203,7 @@ impl Planner<'_> {
             self.pace.again = self.planned.wrapping_add(AGAIN);
             self.replan(config);
         }
-        self.run_slowing(config)
+        self.settled_wish() != self.pace.now && self.run_slowing(config)
     }
 
     /// The tempo there will be if nothing else is planned.
@@ -227,10 +216,18 @@ impl Planner<'_> {
     fn replan(&mut self, config: &Config) {
         let Pace { now, wanted, .. } = self.pace;
         self.set_tempo(&wanted, self.cursor);
+        let view = self.view(config);
         let rests = self.state.v == 0 && self.state.a == 0;
-        if rests || (!wanted.is_barred() && self.view(config).is_settled()) {
+        let way = if rests {
+            Some(Way::new())
+        } else if wanted.is_barred() {
+            None
+        } else {
+            view.settled(&view.motion())
+        };
+        if let Some(way) = way {
             self.pace.now = wanted;
-            self.pace.slowing = None;
+            self.take_way(way);
             return;
         }
         let allowed = self.view(config).allowed_ahead();
@@ -239,38 +236,82 @@ impl Planner<'_> {
                 continue;
             }
             self.set_tempo(&now, self.cursor);
-            let Some((phases, state, node)) = self.view(config).slow_to(share * allowed) else {
+            let Some((phases, there)) = self.view(config).slow_to(share * allowed) else {
                 continue;
             };
-            self.set_tempo(&wanted, node);
-            let there = View {
-                state,
-                cursor: node,
-                ..self.view(config)
+            self.set_tempo(&wanted, there.node);
+            let way = if share == 0.0 {
+                Some(Way::new())
+            } else {
+                self.view(config).settled(&there)
             };
-            if share == 0.0 || there.is_settled() {
+            if let Some(way) = way {
                 self.pace.slowing = Some(Slowing {
                     phases,
                     then: wanted,
                 });
+                self.pace.way = way;
                 return;
             }
         }
         self.set_tempo(&now, self.cursor);
     }
 
-    /// Slows down by `phases` at the tempo in force.
-    pub(super) fn slow_down(&mut self, config: &Config, phases: &Phases) {
+    /// Goes on with a slowing down to a tempo that is still wanted and not in force yet; `true` if there is one.
+    pub(super) fn keep_slowing(&mut self, config: &Config) -> bool {
+        let wish = self.settled_wish();
+        wish == self.pace.wanted && wish != self.pace.now && self.run_slowing(config)
+    }
+
+    /// Jerk and ticks of the next phase on the way to rest.
+    pub(super) fn begun(&self, config: &Config) -> Option<(f32, u32)> {
+        let view = self.view(config);
+        let course = match &self.pace.slowing {
+            Some(slowing) => view.course(&slowing.phases),
+            None => self
+                .pace
+                .way
+                .last()?
+                .course(&view.motion(), 1.0 / view.hz)?,
+        };
+        let mut phases = course.jerk.into_iter().zip(course.ticks);
+        phases.find(|&(_, ticks)| ticks > 0)
+    }
+
+    /// The way to rest from the planned state; its first part may have begun.
+    pub(super) fn known_way(&self) -> &Way {
+        &self.pace.way
+    }
+
+    /// The way to rest from the planned state is `way`.
+    pub(super) fn take_way(&mut self, way: Way) {
+        self.pace.slowing = None;
+        self.pace.way = way;
+    }
+
+    /// From rest to rest by `phases`.
+    pub(super) fn run_slowly(&mut self, config: &Config, phases: Phases) {
+        self.take_way(Way::new());
         self.pace.slowing = Some(Slowing {
-            phases: *phases,
+            phases,
             then: self.pace.now,
         });
         self.run_slowing(config);
     }
 
-    /// Goes on with a slowing down to the tempo that is still wanted; `true` if there is one.
-    pub(super) fn keep_slowing(&mut self, config: &Config) -> bool {
-        self.settled_wish() == self.pace.wanted && self.run_slowing(config)
+    /// On along the way to rest.
+    pub(super) fn go_on(&mut self, config: &Config) {
+        if self.pace.slowing.is_none() {
+            let leg = self.pace.way.pop();
+            let view = self.view(config);
+            let phases = leg.and_then(|leg| view.exactly(&leg));
+            let phases = phases.unwrap_or_else(|| view.forced());
+            self.pace.slowing = Some(Slowing {
+                phases,
+                then: self.pace.now,
+            });
+        }
+        self.run_slowing(config);
     }
 
     /// Plans the next piece of a slowing down, if there is one.

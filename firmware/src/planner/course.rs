@@ -4,6 +4,7 @@
 //! where a limit breaks on the way. Sums over ticks in closed form, as [`PathState::after`](crate::interpolator::PathState::after)
 //! has them in integers; many of these predictions are made for each piece that is planned.
 
+use super::limits::Share;
 use super::profile::View;
 
 /// Motion in SI-like units.
@@ -88,6 +89,12 @@ impl Course {
     }
 }
 
+/// Ticks around a joint whose differences see both sides of it.
+const AROUND: f32 = 2.0;
+
+/// Ticks within one node from which on the middle of a step is looked at, too.
+const LONG: u32 = 6;
+
 /// What of a limit may be exceeded, relative.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Tolerance {
@@ -123,10 +130,12 @@ impl View<'_> {
     ) -> Option<Motion> {
         let h = 1.0 / self.hz;
         let mut at = *from;
-        let mut limits = self.nodes.get(at.node).limits;
-        let least = -tolerance.back * from.v;
+        let mut fastest = from.v;
+        let all = Share::ALL.loose(tolerance.a);
         for (&jerk, &ticks) in course.jerk.iter().zip(&course.ticks) {
-            if ticks > 0 && jerk.abs() > limits.j * tolerance.a {
+            let keeps =
+                |at: &Motion, slack: Share| self.keeps(at.node, [at.v.max(0.0), at.a, jerk], slack);
+            if ticks > 0 && !(keeps(&at, all) && self.beside(&at, jerk, last, tolerance)) {
                 return None;
             }
             let mut remaining = ticks;
@@ -145,39 +154,80 @@ impl View<'_> {
                     speeds = at.speeds(&next, jerk);
                 }
                 remaining -= n;
-                let (v, a) = (speeds[1], next.a.abs());
-                if v > limits.v * tolerance.v || a > limits.a * tolerance.a || speeds[0] < least {
+                let v = speeds[1];
+                fastest = fastest.max(v);
+                let node = self.nodes.get(at.node);
+                if v > node.limits.v * tolerance.v || speeds[0] < -tolerance.back * fastest {
                     return None;
                 }
-                while at.node < last && next.left < 0.0 {
+                // Where the jerk or the node ends; within, what is asked of the axes hardly bends.
+                let ends = n > 1 || remaining == 0 || (next.node < last && next.left < 0.0);
+                let over = next.node < last && next.left < 0.0;
+                let share = if over {
+                    node.exit_taken.left(v).loose(tolerance.a)
+                } else {
+                    all
+                };
+                if ends && !keeps(&next, share) {
+                    return None;
+                }
+                if n > LONG {
+                    let middle = at.after(jerk, (n / 2) as f32, h);
+                    if !keeps(&middle, all) {
+                        return None;
+                    }
+                }
+                while next.node < last && next.left < 0.0 {
                     let node = self.nodes.get(next.node);
-                    let (exit, stop) = (node.exit_v, node.stop);
+                    let (exit, share, stop) = (node.exit_v, node.exit_taken.left(v), node.stop);
                     next.node += 1;
                     let inside = self.nodes.get(next.node);
-                    limits = inside.limits;
                     next.left += inside.length;
                     if stop
-                        || v > exit.min(limits.v) * tolerance.v
-                        || a > limits.a * tolerance.a
-                        || jerk.abs() > limits.j * tolerance.a
+                        || v > exit.min(inside.limits.v) * tolerance.v
+                        || !keeps(&next, share.loose(tolerance.a))
                     {
                         return None;
                     }
-                    at.node = next.node;
                 }
                 at = next;
+            }
+            if ticks > 0 && !self.beside(&at, jerk, last, tolerance) {
+                return None;
             }
         }
         Some(at)
     }
 
     /// Where `jerk` leads from `from` in `ticks`, whatever the limits.
-    pub(super) fn advanced(&self, from: &Motion, jerk: f32, ticks: u32) -> Motion {
+    pub(super) fn along(&self, from: &Motion, jerk: f32, ticks: u32) -> Motion {
         let mut at = from.after(jerk, ticks as f32, 1.0 / self.hz);
         while at.left < 0.0 && at.node + 1 < self.end && !self.nodes.get(at.node).stop {
             at.node += 1;
             at.left += self.nodes.get(at.node).length;
         }
         at
+    }
+
+    /// Whether `jerk` is allowed beyond the joints that the differences of a few ticks see from `at`.
+    fn beside(&self, at: &Motion, jerk: f32, last: usize, tolerance: Tolerance) -> bool {
+        let near = AROUND * at.v / self.hz;
+        let here = self.nodes.get(at.node);
+        // `joint` is the node in front of it.
+        let keeps = |index: usize, joint: usize| {
+            let share = self
+                .nodes
+                .get(joint)
+                .exit_taken
+                .left(at.v)
+                .loose(tolerance.a);
+            let v = at.v.clamp(0.0, self.nodes.get(index).limits.v);
+            self.keeps(index, [v, at.a, jerk], share)
+        };
+        let both = |joint: usize| keeps(joint, joint) && keeps(joint + 1, joint);
+        let behind = at.node > 0 && here.length - at.left < near;
+        let ahead = at.node < last && at.left < near;
+        let behind = behind && !self.nodes.get(at.node - 1).stop;
+        (!behind || both(at.node - 1)) && (!ahead || here.stop || both(at.node))
     }
 }

@@ -13,6 +13,7 @@ pub mod nodes;
 pub mod profile;
 mod refuge;
 mod scarce;
+pub mod span;
 pub mod tempo;
 
 use core::sync::atomic::Ordering::{Acquire, Relaxed, Release};
@@ -26,11 +27,12 @@ use crate::machine::shared::Shared;
 use crate::machine::Event;
 use crate::units::Position;
 use change::Pace;
-use limits::{joint, path_limits, Joint, JointCost};
+use limits::{joint, velocity_limit, CurveLimits, Joint, Rates};
 use nodes::{Node, Nodes};
 use profile::{Decision, View, LOOK_AHEAD};
+use refuge::Way;
 use scarce::Supply;
-use tempo::{Passing, Request, Schedule, Tempo, FEED_MAX};
+use tempo::{Request, Schedule, Tempo, FEED_MAX};
 
 /// Ticks planned ahead of the interrupt. Covers the longest stretch of background work between two calls.
 pub const LEAD_TICKS: u32 = 100;
@@ -60,7 +62,6 @@ struct Pending {
     curve_v: f32,
     /// Velocity the program asks for.
     programmed_v: f32,
-    entry: Joints,
 }
 
 impl Pending {
@@ -94,11 +95,12 @@ impl Joints {
         let soft = before.order.soft || after.order.soft;
         let (ends, starts) = (&before.shape.end, &after.shape.start);
         let slower = |percent| before.velocity(percent).min(after.velocity(percent));
+        let third = before.shape.steepest_third(&after.shape);
         let (v, most) = (slower(100), slower(FEED_MAX));
-        let programmed = joint(config, ends, starts, v, soft);
+        let programmed = joint(config, ends, starts, &third, v, soft);
         let mut raised = programmed;
         if most > v && programmed.v > 0.0 {
-            let faster = joint(config, ends, starts, most, soft);
+            let faster = joint(config, ends, starts, &third, most, soft);
             // Whether the path rests there does not depend on the override.
             if faster.v > 0.0 {
                 raised = faster;
@@ -134,6 +136,8 @@ pub struct Planner<'a> {
     end: Option<Position>,
     /// Running number of the last node that the state was made safe for: the motion can be at rest at its end.
     last: u32,
+    /// Limits of the axes, with jerk and without.
+    rates: [Rates; 2],
 }
 
 impl<'a> Planner<'a> {
@@ -163,6 +167,7 @@ impl<'a> Planner<'a> {
             held: false,
             end: None,
             last: 0,
+            rates: [Rates::NONE; 2],
         }
     }
 
@@ -192,30 +197,23 @@ impl<'a> Planner<'a> {
             shape,
             end,
         } = driven;
-        let mut next = Pending {
+        if self.rates[0] == Rates::NONE {
+            self.rates = [true, false].map(|soft| Rates::new(config, soft));
+        }
+        let next = Pending {
             length_q: segment.length,
             block: segment.block,
             shape: *shape,
             order,
-            curve_v: path_limits(
-                config,
-                shape,
-                length_of(segment.length),
-                f32::INFINITY,
-                order.soft,
-                &[JointCost::default(); 2],
-            )
-            .v,
+            curve_v: velocity_limit(config, shape, length_of(segment.length), order.soft),
             programmed_v: programmed(config, shape, order.feed),
-            entry: Joints::STOP,
         };
         if let Some(before) = self.pending.take() {
             if before.order.exact_stop || before.shape.rotary_only != shape.rotary_only {
-                self.complete(config, &before, &Joints::STOP);
+                self.complete(&before, &Joints::STOP);
             } else {
                 let joints = Joints::between(config, &before, &next);
-                next.entry = joints;
-                self.complete(config, &before, &joints);
+                self.complete(&before, &joints);
             }
         }
         self.pending = Some(next);
@@ -224,7 +222,7 @@ impl<'a> Planner<'a> {
         debug_assert!(queued.is_ok(), "the caller checks has_room");
     }
 
-    fn complete(&mut self, config: &Config, segment: &Pending, joints: &Joints) {
+    fn complete(&mut self, segment: &Pending, joints: &Joints) {
         let Pending {
             length_q,
             block: _,
@@ -232,29 +230,20 @@ impl<'a> Planner<'a> {
             order,
             curve_v,
             programmed_v,
-            entry,
         } = segment;
-        let length = length_of(*length_q);
-        let limits = |percent: u8, costs: &[JointCost; 2]| {
-            let v = segment.velocity(percent);
-            path_limits(config, shape, length, v, order.soft, costs)
-        };
-        let (before, after) = (&entry.programmed.cost, &joints.programmed.cost);
         let mut node = Node {
             length_q: *length_q,
-            length,
-            limits: limits(100, &[*before, *after]),
+            length: length_of(*length_q),
+            limits: CurveLimits::new(shape, segment.velocity(100)),
             exit_v: joints.programmed.v,
+            exit_taken: joints.programmed.taken,
             stop: joints.programmed.v <= 0.0,
             brisk: !order.soft,
             curve_v: *curve_v,
             programmed_v: *programmed_v,
             rapid: !order.feed.is_finite(),
             raised: false,
-            other: Passing {
-                limits: limits(FEED_MAX, &[entry.raised.cost, joints.raised.cost]),
-                exit_v: joints.raised.v,
-            },
+            other: joints.raised,
         };
         let tempo = self.tempo_now();
         if tempo != Tempo::PROGRAMMED {
@@ -264,9 +253,9 @@ impl<'a> Planner<'a> {
     }
 
     /// The path ends with the newest segment, for now.
-    pub fn flush(&mut self, config: &Config) {
+    pub fn flush(&mut self) {
         if let Some(last) = self.pending.take() {
-            self.complete(config, &last, &Joints::STOP);
+            self.complete(&last, &Joints::STOP);
         }
     }
 
@@ -387,14 +376,18 @@ impl<'a> Planner<'a> {
         if self.change_tempo(config) {
             return true;
         }
-        match self.view(config).decide() {
-            Decision::Go(jerk, ticks) => {
+        match self
+            .view(config)
+            .decide(self.begun(config), self.known_way())
+        {
+            Decision::Go(jerk, ticks, way) => {
+                self.take_way(way);
                 self.emit(config, &[(jerk, ticks)], PieceEnd::Continue);
             }
-            Decision::Slow(phases) => {
-                self.slow_down(config, &phases);
-            }
+            Decision::GoOn => self.go_on(config),
+            Decision::Creep(phases) => self.run_slowly(config, phases),
             Decision::Land { phases, stop } => {
+                self.take_way(Way::new());
                 let number = self.first.wrapping_add(stop as u32);
                 self.lands(number);
                 self.emit(config, &phases, PieceEnd::StopAfter(number));
@@ -425,13 +418,12 @@ impl<'a> Planner<'a> {
 
     /// Queues `phases` and moves the planned state to their end.
     fn emit(&mut self, config: &Config, phases: &[(i64, u32)], end: PieceEnd) {
-        let landing = (phases.len() > 1).then(|| self.view(config).landing_limits(phases));
         for (i, &(jerk, ticks)) in phases.iter().enumerate() {
             let last = i + 1 == phases.len();
             if ticks == 0 && !last {
                 continue;
             }
-            let (from, before) = (self.cursor, self.state);
+            let before = self.view(config).motion();
             if let Some(next) = self.state.after(jerk, ticks) {
                 self.state = next;
             }
@@ -448,8 +440,10 @@ impl<'a> Planner<'a> {
                 }
                 PieceEnd::Continue => self.cross_joints(),
             }
-            let mut brake =
-                landing.unwrap_or_else(|| self.view(config).brake_limits(from, before.v));
+            let mut brake = {
+                let view = self.view(config);
+                view.brake_limits(&before, view.jerk_of(jerk), ticks)
+            };
             brake.last = self.last;
             self.planned = self.planned.wrapping_add(ticks);
             let piece = Piece {
@@ -481,6 +475,7 @@ impl<'a> Planner<'a> {
             end: self.known().min(self.cursor + LOOK_AHEAD + 1),
             last: self.last.wrapping_sub(self.first) as usize,
             state: self.state,
+            rates: &self.rates,
             hz: config.servo_hz as f32,
         }
     }

@@ -1,7 +1,6 @@
 //! The look-ahead window: limits and length of every segment that has not been driven yet, and how it may be driven.
 
-use super::limits::PathLimits;
-use super::tempo::Passing;
+use super::limits::{CurveLimits, Joint, Taken};
 
 /// Segments the window can hold. A power of two; includes those already planned but not yet driven.
 pub const NODES: usize = 256;
@@ -15,9 +14,11 @@ pub struct Node {
     /// Length, path units.
     pub length: f32,
     /// Limits inside.
-    pub limits: PathLimits,
+    pub limits: CurveLimits,
     /// Velocity allowed over the joint at its end.
     pub exit_v: f32,
+    /// What passing that joint takes.
+    pub exit_taken: Taken,
     /// The path comes to rest at its end.
     pub stop: bool,
     /// Limited in acceleration, not in jerk.
@@ -28,10 +29,10 @@ pub struct Node {
     pub programmed_v: f32,
     /// Rapid motion: the rapid override counts.
     pub rapid: bool,
-    /// `limits` and `exit_v` are those of a feed override above 100 %.
+    /// `exit_v` and `exit_taken` are those of a feed override above 100 %.
     pub raised: bool,
     /// The same for the other range of overrides.
-    pub other: Passing,
+    pub other: Joint,
 }
 
 /// Where there is no node.
@@ -44,18 +45,16 @@ const EMPTY: Node = Node {
 const UNUSED: Node = Node {
     length_q: 0,
     length: 0.0,
-    limits: PathLimits::NONE,
+    limits: CurveLimits::NONE,
     exit_v: 0.0,
+    exit_taken: Taken::NONE,
     stop: false,
     brisk: false,
     curve_v: 0.0,
     programmed_v: 0.0,
     rapid: false,
     raised: false,
-    other: Passing {
-        limits: PathLimits::NONE,
-        exit_v: 0.0,
-    },
+    other: Joint::STOP,
 };
 
 /// Ring of nodes, oldest first.
@@ -141,7 +140,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn node_takes_no_more_than_a_hundred_bytes() {
-        assert!(size_of::<Node>() <= 100, "{}", size_of::<Node>());
+    fn node_takes_no_more_than_a_hundred_and_fifty_bytes() {
+        assert!(size_of::<Node>() <= 150, "{}", size_of::<Node>());
     }
 }

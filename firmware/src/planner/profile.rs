@@ -7,9 +7,10 @@
 //! ([`super::brake::land`], [`super::brake::hop`]).
 
 use super::brake::{brake, hop, land, Phases};
-use super::course::Motion;
-use super::limits::PathLimits;
+use super::course::{Course, Motion, PREDICTING, TAKING};
+use super::limits::{PathLimits, Range, Rates, Share};
 use super::nodes::Nodes;
+use super::refuge::Way;
 use crate::interpolator::{widen, PathState, T_FRAC};
 
 /// Segments looked at ahead of the one being driven.
@@ -18,8 +19,20 @@ pub const LOOK_AHEAD: usize = 128;
 /// Longest greedy piece.
 const TICKS_MAX: u32 = 10;
 
-/// Braking is predicted with this share of the limits; the rest absorbs the rounding of phases to whole ticks.
-const PREDICTED: f32 = 0.97;
+/// Phases of a rest-to-rest move, in ticks, that are tried at most where they are longer than the limits ask for.
+const HOPS: u32 = 6;
+
+/// The first of them in which a way to rest of another kind is looked for.
+const FULL: u32 = 2;
+
+/// Halvings of the range of jerks.
+const HALVINGS: u32 = 6;
+
+/// Lengths that the phases of a move from rest to rest are tried with, each twice the one before.
+const CREEPS: u32 = 14;
+
+/// Share of the limits that a landing takes at least: one that is taken early brakes too gently.
+const GENTLE: f32 = 0.85;
 
 /// Acceleration below this share of the limit counts as none: what rounding leaves after a manoeuvre.
 const NO_ACCELERATION: f32 = 1.0e-5;
@@ -32,9 +45,6 @@ pub(super) const SLACK: f32 = 1.0 + 2.0e-6;
 
 /// What rounding may leave of a velocity or an acceleration of zero: path units per tick, per tick^2.
 pub(super) const FINE: i128 = 1 << (T_FRAC - 42);
-
-/// Velocity backwards that a release may end with: the rounding of three integer jerks.
-const BACKWARDS: f32 = (1_u32 << 26) as f32;
 
 pub(super) const UNIT: f32 = (1_u128 << T_FRAC) as f32;
 
@@ -50,17 +60,21 @@ pub struct View<'a> {
     pub last: usize,
     /// State at the end of the last piece.
     pub state: PathState,
+    /// Limits of the axes, with jerk and without.
+    pub(super) rates: &'a [Rates; 2],
     /// Ticks per second.
     pub hz: f32,
 }
 
 /// What to run.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Decision {
-    /// One greedy piece: jerk, ticks.
-    Go(i64, u32),
-    /// Three pieces down to a lower velocity at zero acceleration.
-    Slow(Phases),
+#[derive(Clone, Debug)]
+pub(super) enum Decision {
+    /// One piece: jerk, ticks, and the way to rest from its end.
+    Go(i64, u32, Way),
+    /// On along the way to rest.
+    GoOn,
+    /// Three pieces from rest to rest.
+    Creep(Phases),
     /// Three pieces to rest at the end of node `stop`.
     Land {
         /// The pieces.
@@ -75,12 +89,42 @@ struct StopAhead {
     index: usize,
     distance_q: i128,
     distance: f32,
-    v: f32,
-    a: f32,
+    /// Jerk at standstill.
     j: f32,
 }
 
 impl View<'_> {
+    fn rates(&self, index: usize) -> &Rates {
+        &self.rates[usize::from(self.nodes.get(index).brisk)]
+    }
+
+    /// Accelerations allowed in node `index` at velocity `v`.
+    pub(super) fn acceleration(&self, index: usize, v: f32) -> Range {
+        let limits = &self.nodes.get(index).limits;
+        limits.acceleration(self.rates(index), v)
+    }
+
+    /// Jerks allowed in node `index` at velocity `v` and acceleration `a`.
+    pub(super) fn jerk(&self, index: usize, v: f32, a: f32) -> Range {
+        self.nodes.get(index).limits.jerk(self.rates(index), v, a)
+    }
+
+    /// Whether node `index` allows velocity, acceleration and jerk `motion` within `share` of the limits.
+    pub(super) fn keeps(&self, index: usize, motion: [f32; 3], share: Share) -> bool {
+        let limits = &self.nodes.get(index).limits;
+        limits.keeps(self.rates(index), motion, share)
+    }
+
+    /// Limits in node `index` at velocity `v`, whichever way the motion is changed.
+    pub(super) fn at(&self, index: usize, v: f32) -> PathLimits {
+        self.nodes.get(index).limits.at(self.rates(index), v)
+    }
+
+    /// Jerk allowed in node `index` at standstill.
+    fn still_jerk(&self, index: usize) -> f32 {
+        self.nodes.get(index).limits.still_jerk(self.rates(index))
+    }
+
     pub(super) fn motion(&self) -> Motion {
         let left = widen(self.nodes.get(self.cursor).length_q) - self.state.s;
         Motion {
@@ -91,121 +135,29 @@ impl View<'_> {
         }
     }
 
-    /// Limits behind the joint at the end of node `index`; its own where the path stops there. What lies behind a
-    /// stop may or may not have come yet, and must not be looked at.
-    pub(super) fn beyond(&self, index: usize) -> PathLimits {
-        let node = self.nodes.get(index);
-        if node.stop || index + 1 >= self.end {
-            node.limits
-        } else {
-            self.nodes.get(index + 1).limits
-        }
-    }
-
     fn stop_ahead(&self) -> Option<StopAhead> {
-        let first = self.nodes.get(self.cursor);
-        let mut found = StopAhead {
-            index: self.cursor,
-            distance_q: -self.state.s,
-            distance: 0.0,
-            v: f32::MAX,
-            a: first.limits.a,
-            j: first.limits.j,
-        };
+        let mut distance_q = -self.state.s;
+        let mut j = f32::MAX;
         for index in self.cursor..self.end {
             let node = self.nodes.get(index);
-            found.distance_q += widen(node.length_q);
-            found.v = found.v.min(node.limits.v);
-            found.a = found.a.min(node.limits.a);
-            found.j = found.j.min(node.limits.j);
+            distance_q += widen(node.length_q);
+            j = j.min(self.still_jerk(index));
             if node.stop {
-                found.index = index;
-                found.distance = found.distance_q as f32 / UNIT;
-                return Some(found);
+                return Some(StopAhead {
+                    index,
+                    distance_q,
+                    distance: distance_q as f32 / UNIT,
+                    j,
+                });
             }
-            found.v = found.v.min(node.exit_v);
         }
         None
     }
 
-    /// Whether braking from `at` keeps every limit ahead.
-    pub(super) fn safe(&self, at: Motion) -> bool {
-        let here = self.nodes.get(at.node).limits;
-        let (mut limit_a, mut limit_j) = (here.a, here.j);
-        let rising = at.a.max(0.0);
-        if at.v < 0.0 || at.v + rising * rising / (2.0 * limit_j) > here.v * SLACK {
-            return false;
-        }
-        // Rounding the phases of a manoeuvre to whole ticks may cost the travel of two.
-        let mut distance = at.left - 2.0 * at.v / self.hz;
-        for index in at.node..self.end {
-            let node = self.nodes.get(index);
-            let (a, j) = (PREDICTED * limit_a, PREDICTED * limit_j);
-            let peak = at.v + rising * rising / (2.0 * j);
-            let next = self.nodes.get(index + 1);
-            let open = node.stop || index + 1 == self.end;
-            let cap = if open {
-                0.0
-            } else {
-                node.exit_v.min(next.limits.v)
-            };
-            if cap < peak {
-                // Braking ends with zero acceleration, so the next segment may allow as little as it likes.
-                if brake(at.v, at.a, cap, a, j).distance > distance {
-                    return false;
-                }
-            } else if next.limits.a < at.a.abs() {
-                let t = (at.a.abs() - next.limits.a) / j;
-                let covered = t * (at.v + t * (at.a / 2.0 - j.copysign(at.a) * t / 6.0));
-                if covered > distance {
-                    return false;
-                }
-            }
-            if open {
-                break;
-            }
-            if cap > 0.0 && brake(at.v, at.a, 0.0, a, j).distance <= distance {
-                break;
-            }
-            distance += next.length;
-            limit_a = limit_a.min(next.limits.a);
-            limit_j = limit_j.min(next.limits.j);
-        }
-        true
-    }
-
-    /// Runs `jerk` (path units / s^3) for `ticks` and says where that leads, or `None` if a limit breaks on the way.
-    fn probe(&self, start: Motion, jerk: f32, ticks: u32) -> Option<Motion> {
-        let dt = 1.0 / self.hz;
-        let mut m = start;
-        for _ in 0..ticks {
-            m.a += jerk * dt;
-            m.v += m.a * dt;
-            m.left -= m.v * dt;
-            while m.left < 0.0 && !self.nodes.get(m.node).stop {
-                let node = self.nodes.get(m.node);
-                let next = self.nodes.get(m.node + 1);
-                let cap = node.exit_v.min(next.limits.v);
-                // The tick that crosses the joint counts, and the one before it: the joint lies between.
-                if m.v.max(m.v - m.a * dt) > cap * SLACK {
-                    return None;
-                }
-                m.left += next.length;
-                m.node += 1;
-                if jerk.abs() > next.limits.j * SLACK || m.a.abs() > next.limits.a * 1.001 {
-                    return None;
-                }
-            }
-            if m.left < 0.0 {
-                return None;
-            }
-        }
-        Some(m)
-    }
-
-    /// The next thing to run.
+    /// The next thing to run; `begun` is the phase of slowing down that can be gone on with, and must be where nothing
+    /// better is found.
     #[must_use]
-    pub fn decide(&self) -> Decision {
+    pub(super) fn decide(&self, begun: Option<(f32, u32)>, known: &Way) -> Decision {
         let stop = self.stop_ahead();
         if let Some(stop) = &stop {
             // What rounding leaves of a standstill is one: nothing could be done from it a whole tick long.
@@ -222,63 +174,102 @@ impl View<'_> {
                 };
             }
         }
-        self.greedy(stop.as_ref())
+        self.greedy(stop.as_ref(), begun, known)
     }
 
-    fn greedy(&self, stop: Option<&StopAhead>) -> Decision {
+    fn greedy(&self, stop: Option<&StopAhead>, begun: Option<(f32, u32)>, known: &Way) -> Decision {
         let start = self.motion();
-        let limits = self.nodes.get(self.cursor).limits;
-        // Short against the time the acceleration takes to build up, here and in the next segment.
-        let next = self.beyond(self.cursor);
-        let mut scale = (limits.a / limits.j).min(next.a / next.j);
+        let node = self.nodes.get(start.node);
+        let limits = &node.limits;
+        let range = self.acceleration(start.node, start.v);
+        let jerks = self.jerk(start.node, start.v, start.a);
+        // Short against the time the acceleration takes to build up.
+        let still = self.at(start.node, 0.0);
+        let mut scale = still.a / still.j;
         if let Some(stop) = stop {
             // A rest-to-rest move over this distance takes about 4 cbrt(D / 2 J).
             scale = scale.min(libm::cbrtf(stop.distance.max(0.0) / (2.0 * stop.j)));
         }
         // Nothing builds up while cruising, nor at the limit of acceleration where jerk is no matter.
-        let steady = (start.v >= limits.v * CRUISE && start.a.abs() <= NO_ACCELERATION * limits.a)
-            || (start.a >= 0.999 * limits.a && self.nodes.get(self.cursor).brisk);
-        let ticks = if steady {
+        let top = limits.v;
+        let cruising = start.v >= top * CRUISE && start.a.abs() <= NO_ACCELERATION * still.a;
+        let most = if cruising || (start.a >= 0.999 * range.up && node.brisk) {
             TICKS_MAX
         } else {
             ((scale * self.hz * 0.125) as u32).clamp(1, TICKS_MAX)
         };
+        let (floor, most) = begun.map_or((0.0, most), |(jerk, ticks)| (jerk, most.min(ticks)));
+        let unit = UNIT / (self.hz * self.hz * self.hz);
+        let ticks = most;
         let time = ticks as f32 / self.hz;
-        let high = limits.j.min((limits.a - start.a) / time);
-        // The least jerk worth trying: keeps the velocity, or releases the acceleration.
-        let low = (-limits.j).max(-start.a / time);
-        let scale = UNIT / (self.hz * self.hz * self.hz);
-        let likely = |jerk: f32| self.probe(start, jerk, ticks).is_some_and(|m| self.safe(m));
-        let sure = |jerk: f32| self.has_refuge(&self.advanced(&start, jerk, ticks));
-        let ok = |jerk: f32| likely(jerk) && sure(jerk);
-        let between = |ok: &dyn Fn(f32) -> bool| {
-            let (mut good, mut bad) = (low, high);
-            for _ in 0..12 {
-                let middle = 0.5 * (good + bad);
-                if ok(middle) {
-                    good = middle;
-                } else {
-                    bad = middle;
-                }
-            }
-            good
+        let end = |jerk: f32| {
+            let course = Course {
+                jerk: [jerk, 0.0, 0.0],
+                ticks: [ticks, 0, 0],
+            };
+            self.follow(&start, &course, self.end - 1, PREDICTING)
         };
-        let jerk = if high >= low && ok(high) {
-            high
-        } else if high >= low && start.v >= limits.v * CRUISE && ok(low) {
-            low
-        } else if high >= low && start.a >= 0.0 && ok(low) {
-            // A way to rest is looked for at the end first: that takes longer than all else.
-            let jerk = between(&likely);
-            if sure(jerk) {
-                jerk
+        let same = |jerk: f32| self.same_refuge(&end(jerk)?, known);
+        let any = |jerk: f32| self.refuge(&end(jerk)?);
+        let go = |jerk: f32, way: Way| Decision::Go((jerk * unit) as i64, ticks, way);
+        let high = jerks.up.min((range.up - start.a) / time);
+        if high <= floor {
+            return Decision::GoOn;
+        }
+        if let Some(way) = same(high).or_else(|| any(high)) {
+            return go(high, way);
+        }
+        // Onto the largest velocity, to stay there.
+        let release = -start.a / time;
+        if start.v >= top * CRUISE && release > floor {
+            if let Some(way) = any(release) {
+                return go(release, way);
+            }
+        }
+        let (mut good, mut bad) = (floor, high);
+        let mut found = None;
+        for k in 0..HALVINGS {
+            let middle = 0.5 * (good + bad);
+            let way = if k >= FULL {
+                same(middle)
             } else {
-                between(&ok)
+                same(middle).or_else(|| any(middle))
+            };
+            if let Some(way) = way {
+                found = Some((middle, way));
+                good = middle;
+            } else {
+                bad = middle;
             }
+        }
+        if let Some((jerk, way)) = found {
+            return go(jerk, way);
+        }
+        if begun.is_none() && self.state.v == 0 {
+            return self.creep();
+        }
+        Decision::GoOn
+    }
+
+    /// From rest over the next joint and to rest again, as slowly as that takes: slowed down far enough, every motion keeps
+    /// every limit.
+    fn creep(&self) -> Decision {
+        let start = self.motion();
+        let here = self.nodes.get(start.node);
+        let beyond = if here.stop || start.node + 1 >= self.end {
+            0
         } else {
-            return Decision::Slow(self.slow_down());
+            widen(self.nodes.get(start.node + 1).length_q) / 2
         };
-        Decision::Go((jerk * scale) as i64, ticks)
+        let distance = widen(here.length_q) - self.state.s + beyond;
+        let found = (0..CREEPS).find_map(|k| {
+            let m = 2 << k;
+            let j = hop(distance, m);
+            let phases = [(j, m), (-j, 2 * m), (j, m)];
+            self.follow(&start, &self.course(&phases), self.end - 1, PREDICTING)?;
+            Some(phases)
+        });
+        found.map_or(Decision::GoOn, Decision::Creep)
     }
 
     fn try_hop(&self, stop: &StopAhead) -> Option<Phases> {
@@ -286,22 +277,23 @@ impl View<'_> {
             // Rounding has carried the motion onto the stop.
             return Some([(0, 1), (0, 0), (0, 1)]);
         }
+        let start = self.motion();
         let time = libm::cbrtf(stop.distance / (2.0 * stop.j));
-        let m = libm::ceilf(time * self.hz).max(1.0);
-        let j = stop.distance / (2.0 * m * m * m);
-        let (v, a) = (j * m * m * self.hz, j * m * self.hz * self.hz);
-        if v > stop.v || a > stop.a {
-            return None;
-        }
-        let m = m as u32;
-        let j = hop(stop.distance_q, m);
-        Some([(j, m), (-j, 2 * m), (j, m)])
+        let shortest = libm::ceilf(time * self.hz).max(1.0) as u32;
+        // A longer one where a tick is all the difference.
+        (shortest..shortest.max(HOPS) + 2).find_map(|m| {
+            let j = hop(stop.distance_q, m);
+            let phases = [(j, m), (-j, 2 * m), (j, m)];
+            self.follow(&start, &self.course(&phases), stop.index, PREDICTING)?;
+            Some(phases)
+        })
     }
 
     fn try_land(&self, stop: &StopAhead) -> Option<Phases> {
         let m = self.motion();
-        let reach = |j: f32| brake(m.v, m.a, 0.0, stop.a, j);
-        let (mut low, mut high) = (0.5 * stop.j, stop.j);
+        let grip = self.grip(&m, 0.0, m.node);
+        let reach = |share: f32| brake(m.v, m.a, 0.0, grip.share(share));
+        let (mut low, mut high) = (GENTLE, 1.0);
         let distance = stop.distance;
         if !(distance > 0.0) || reach(low).distance < distance || reach(high).distance > distance {
             return None;
@@ -327,7 +319,10 @@ impl View<'_> {
         ] {
             let ticks = [whole[0] + x, whole[1] + y, whole[2] + z];
             if let Some(phases) = land(&self.state, stop.distance_q, ticks) {
-                if self.run(&phases, stop.index).is_some() {
+                if self
+                    .follow(&m, &self.course(&phases), stop.index, TAKING)
+                    .is_some()
+                {
                     return Some(phases);
                 }
             }
@@ -335,57 +330,17 @@ impl View<'_> {
         None
     }
 
-    /// Runs `phases`; the state at their end and the node it lies in, or `None` if a limit breaks on the way.
-    /// Does not go beyond node `last`.
-    pub(super) fn run(&self, phases: &Phases, last: usize) -> Option<(PathState, usize)> {
-        let jerk_scale = self.hz * self.hz * self.hz / UNIT;
-        let mut state = self.state;
-        let mut node = self.cursor;
-        for &(j, ticks) in phases {
-            let jerk = (j as f32 * jerk_scale).abs();
-            if ticks > 0 && jerk > self.nodes.get(node).limits.j * 1.001 {
-                return None;
-            }
-            let mut left = ticks;
-            while left > 0 {
-                let mut n = left;
-                let mut next = state.after(j, n)?;
-                let mut speeds = speeds(&state, &next, j);
-                if node < last && next.coordinate() > self.nodes.get(node).length_q {
-                    // As far as it surely stays inside; over the joint tick by tick.
-                    let rest = widen(self.nodes.get(node).length_q) - state.s;
-                    n = ((rest as f32 / speeds[1]) as u32).clamp(1, n);
-                    next = state.after(j, n)?;
-                    if n > 1 && next.coordinate() > self.nodes.get(node).length_q {
-                        n = 1;
-                        next = state.after(j, n)?;
-                    }
-                    speeds = self::speeds(&state, &next, j);
-                }
-                left -= n;
-                let v = speeds[1] / UNIT * self.hz;
-                let a = next.a.abs() as f32 / UNIT * self.hz * self.hz;
-                let here = self.nodes.get(node).limits;
-                if v > here.v * 1.0001 || a > here.a * 1.001 || speeds[0] < -BACKWARDS {
-                    return None;
-                }
-                while node < last && next.coordinate() > self.nodes.get(node).length_q {
-                    let exit = self.nodes.get(node).exit_v;
-                    next.s -= widen(self.nodes.get(node).length_q);
-                    node += 1;
-                    let inside = self.nodes.get(node).limits;
-                    if self.nodes.get(node - 1).stop
-                        || v > exit.min(inside.v) * 1.0001
-                        || a > inside.a * 1.001
-                        || jerk > inside.j * 1.001
-                    {
-                        return None;
-                    }
-                }
-                state = next;
-            }
+    /// Path units/s^3 of a jerk per tick.
+    pub(super) fn jerk_of(&self, jerk: i64) -> f32 {
+        jerk as f32 * (self.hz * self.hz * self.hz / UNIT)
+    }
+
+    /// `phases` as a course.
+    pub(super) fn course(&self, phases: &Phases) -> Course {
+        Course {
+            jerk: phases.map(|(jerk, _)| self.jerk_of(jerk)),
+            ticks: phases.map(|(_, ticks)| ticks),
         }
-        Some((state, node))
     }
 
     /// Distance to the nearest programmed stop in the window.
@@ -393,16 +348,4 @@ impl View<'_> {
     pub fn distance_to_stop(&self) -> Option<f32> {
         self.stop_ahead().map(|stop| stop.distance)
     }
-}
-
-/// Least and largest velocity while jerk `j` leads from one state to the other.
-fn speeds(from: &PathState, to: &PathState, j: i64) -> [f32; 2] {
-    let (low, high) = (from.v.min(to.v) as f32, from.v.max(to.v) as f32);
-    if from.a == 0 || to.a == 0 || (from.a < 0) == (to.a < 0) {
-        return [low, high];
-    }
-    // The acceleration changes its sign on the way: v0 - a0^2 / 2 j there.
-    let a = from.a as f32;
-    let extreme = from.v as f32 - a / (2.0 * j as f32) * a;
-    [low.min(extreme), high.max(extreme)]
 }

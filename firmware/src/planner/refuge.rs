@@ -1,111 +1,192 @@
 //! A way to rest: whether the motion can still be stopped within every limit, and how it slows down.
 //!
-//! In: a motion. Out: a [`Course`] down to a lower velocity at zero acceleration from whose end there is another way to
-//! rest, or straight to rest. Every state that is planned has one, so nothing that lies ahead can be run over.
+//! In: a motion. Out: a [`Way`]: a leg to rest, perhaps behind another one that lets the acceleration go or leads down to a
+//! velocity limit ahead. Every state that is planned has one, so nothing that lies ahead can be run over. A leg is shaped
+//! with the limits at its ends, tried with smaller and smaller shares of them, and run along the nodes before it counts:
+//! what lies between may allow less.
 
-use super::brake::{brake, slow, Phases};
-use super::course::{Course, Motion, Tolerance, PREDICTING, TAKING};
+use heapless::Vec;
+
+use super::brake::{brake, slow, Grip, Phases};
+use super::course::{Course, Motion, PREDICTING};
 use super::profile::{View, UNIT};
+use crate::units::sqrt;
 
-/// Longest phase of a braking manoeuvre, ticks: the rounding of its jerk to 2^-72 grows with the cube.
-const MANOEUVRE_MAX: u32 = 8192;
+/// Longest phase of a leg, ticks: the rounding of its jerk to 2^-72 grows with the cube.
+const PHASE_MAX: u32 = 8192;
 
-/// Velocity limits ahead that a braking manoeuvre is tried for.
-const TRIES: u32 = 3;
+/// Legs of a way to rest.
+const LEGS: usize = 2;
 
-/// Manoeuvres on a way to rest.
-const MANOEUVRES: u32 = 2;
+/// Shares of the limits that a leg to rest is tried with, and any other.
+const HALTS: [f32; 6] = [0.99, 0.8, 0.6, 0.4, 0.25, 0.15];
+const OTHERS: [f32; 2] = [0.99, 0.7];
 
-/// Down to a velocity.
-#[derive(Clone, Copy)]
-struct Manoeuvre {
-    /// Path units/s.
-    to: f32,
-    course: Course,
+/// Where between its ends a leg's deceleration is judged, as the share of the first velocity.
+const MIDDLE: f32 = 0.7;
+
+/// What a leg leads to.
+#[derive(Clone, Copy, Debug)]
+enum Goal {
+    /// No acceleration, at whatever velocity that is.
+    Release,
+    /// The velocity limit at the end of a node.
+    Limit {
+        /// Path units/s.
+        to: f32,
+        node: usize,
+    },
+    /// Rest.
+    Halt,
 }
 
-impl View<'_> {
-    /// Whether there is a way to rest from `at` that keeps every limit: straight on, or after a manoeuvre or two.
-    pub(super) fn has_refuge(&self, at: &Motion) -> bool {
-        self.is_refuge(at, MANOEUVRES)
-    }
+/// A slowing down to zero acceleration.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Leg {
+    goal: Goal,
+    /// Share of the limits that it takes.
+    share: f32,
+    /// Velocity at its end, path units/s; of no use for a release.
+    to: f32,
+    /// Its phases. A release has only the last one.
+    ticks: [u32; 3],
+}
 
-    fn is_refuge(&self, at: &Motion, most: u32) -> bool {
-        self.halting(at, PREDICTING).is_some()
-            || (most > 0 && self.braking(at, most, PREDICTING).is_some())
-    }
-
-    /// How to slow down from the planned state. Nothing is planned from which there is no way, but for what a change of the
-    /// limits leaves.
-    pub(super) fn slow_down(&self) -> Phases {
-        let at = self.motion();
-        self.braking(&at, MANOEUVRES, TAKING)
-            .or_else(|| self.halting(&at, TAKING))
-            // Every way of braking begins by letting the acceleration go, with the jerk allowed here and
-            // beyond the next joint.
-            .or_else(|| self.letting_go(&at))
-            .and_then(|manoeuvre| self.exactly(&manoeuvre))
-            .or_else(|| self.exactly(&self.halt(&at)))
-            .unwrap_or([(0, 1); 3])
-    }
-
-    fn letting_go(&self, at: &Motion) -> Option<Manoeuvre> {
-        let here = self.nodes.get(at.node).limits;
-        let rising = at.a.max(0.0);
-        let j = here.j.min(self.beyond(at.node).j);
-        let peak = at.v + rising * rising / (2.0 * j);
-        let manoeuvre = self.shape(at, peak, here.a, j)?;
-        let kept = self.follow(at, &manoeuvre.course, self.end - 1, TAKING);
-        (rising > 0.0 && kept.is_some()).then_some(manoeuvre)
-    }
-
-    /// The phases of `manoeuvre` from the planned state in whole units of jerk.
-    fn exactly(&self, manoeuvre: &Manoeuvre) -> Option<Phases> {
-        let ticks = manoeuvre.course.ticks;
-        if ticks[0] == 0 {
-            // Only the release is left; where that leads is given.
-            let n = i128::from(ticks[2]);
-            return Some([
-                (0, 0),
-                (0, 0),
-                (i64::try_from(-self.state.a / n).ok()?, ticks[2]),
-            ]);
+impl Leg {
+    /// Its course from `at`.
+    pub(super) fn course(&self, at: &Motion, h: f32) -> Option<Course> {
+        match self.goal {
+            Goal::Release => Some(Course::release(at, self.ticks[2], h)),
+            _ => Course::slowing(at, self.to, self.ticks, h),
         }
-        let to = (manoeuvre.to / self.hz * UNIT) as i128;
-        slow(&self.state, to, ticks)
+    }
+}
+
+/// A way to rest: its legs, the last of them first.
+pub(super) type Way = Vec<Leg, LEGS>;
+
+impl View<'_> {
+    /// A way to rest from `at` that keeps every limit, by legs to the same goals as those of `known`.
+    pub(super) fn same_refuge(&self, at: &Motion, known: &Way) -> Option<Way> {
+        let mut way = Way::new();
+        let mut at = *at;
+        for leg in known.iter().rev() {
+            let Some((next, end)) = self.leg(&at, leg.goal, leg.share)? else {
+                continue;
+            };
+            way.insert(0, next).ok()?;
+            at = end;
+        }
+        self.rests(&way, &at).then_some(way)
     }
 
-    /// To rest straight on, if that keeps every limit.
-    fn halting(&self, at: &Motion, tolerance: Tolerance) -> Option<Manoeuvre> {
-        let halt = self.halt(at);
-        let last = self.end - 1;
-        let end = self.follow(at, &halt.course, last, tolerance)?;
-        let fits = end.node < last || end.left >= 0.0;
-        fits.then_some(halt)
-    }
-
-    /// A manoeuvre from whose end there is a way to rest with `most` - 1 more at most: letting the acceleration go; down to
-    /// the velocity limit ahead that leaves the least room, or to one of the first; down to a share of the velocity.
-    fn braking(&self, at: &Motion, most: u32, tolerance: Tolerance) -> Option<Manoeuvre> {
-        let here = self.nodes.get(at.node).limits;
-        let (mut limit_a, mut limit_j) = (here.a, here.j);
-        let rising = at.a.max(0.0);
-        let peak = at.v + rising * rising / (2.0 * limit_j);
-        let to = |v: f32, a: f32, j: f32| {
-            let manoeuvre = self.shape(at, v, a, j)?;
-            let end = self.follow(at, &manoeuvre.course, self.end - 1, tolerance)?;
-            (self.safe(end) && self.is_refuge(&end, most - 1)).then_some(manoeuvre)
+    /// A way to rest from `at` that keeps every limit.
+    pub(super) fn refuge(&self, at: &Motion) -> Option<Way> {
+        let halt = |at: &Motion| {
+            let grip = self.grip(at, 0.0, at.node);
+            HALTS.iter().find_map(|&share| {
+                let (leg, end) = self.run(at, Goal::Halt, 0.0, grip, share)?;
+                let way = Way::from_slice(&[leg]).ok()?;
+                self.rests(&way, &end).then_some(way)
+            })
         };
-        if at.a != 0.0 {
-            if let Some(manoeuvre) = to(peak.min(here.v), limit_a, limit_j) {
-                return Some(manoeuvre);
+        let behind = |goal: Goal| {
+            OTHERS.iter().find_map(|&share| {
+                let (leg, end) = self.leg(at, goal, share)??;
+                let mut way = halt(&end)?;
+                way.push(leg).ok()?;
+                Some(way)
+            })
+        };
+        halt(at)
+            .or_else(|| {
+                let rising = at.a != 0.0;
+                rising.then(|| behind(Goal::Release)).flatten()
+            })
+            .or_else(|| behind(self.tightest(at)?))
+    }
+
+    /// The leg from `at` to `goal` with `share` of the limits, and the motion at its end. `None` if that breaks a limit; none is
+    /// needed where the goal lies behind.
+    fn leg(&self, at: &Motion, goal: Goal, share: f32) -> Option<Option<(Leg, Motion)>> {
+        match goal {
+            Goal::Halt => {
+                let grip = self.grip(at, 0.0, at.node);
+                self.run(at, goal, 0.0, grip, share).map(Some)
+            }
+            Goal::Release => {
+                let jerks = self.jerk(at.node, at.v, at.a);
+                let jerk = share * if at.a > 0.0 { jerks.down } else { jerks.up };
+                let ticks = libm::ceilf(at.a.abs() / jerk * self.hz).max(1.0);
+                if !(ticks <= PHASE_MAX as f32) {
+                    return None;
+                }
+                let ticks = [0, 0, ticks as u32];
+                let to = at.v;
+                let leg = Leg {
+                    goal,
+                    share,
+                    to,
+                    ticks,
+                };
+                Some(Some((leg, self.end_of(at, &leg)?)))
+            }
+            Goal::Limit { to, node } => {
+                if node < at.node || to >= at.v + at.a.max(0.0) {
+                    return Some(None);
+                }
+                let grip = self.grip(at, to, node);
+                self.run(at, goal, to, grip, share).map(Some)
             }
         }
+    }
+
+    /// The leg from `at` to velocity `to` with `share` of `grip`, and the motion at its end.
+    fn run(
+        &self,
+        at: &Motion,
+        goal: Goal,
+        to: f32,
+        grip: Grip,
+        share: f32,
+    ) -> Option<(Leg, Motion)> {
+        let time = brake(at.v, at.a, to, grip.share(share)).time;
+        let ticks = time.map(|t| (libm::ceilf(t * self.hz) as u32).max(1));
+        if ticks.iter().any(|&n| n > PHASE_MAX) {
+            return None;
+        }
+        let leg = Leg {
+            goal,
+            share,
+            to,
+            ticks,
+        };
+        Some((leg, self.end_of(at, &leg)?))
+    }
+
+    fn end_of(&self, at: &Motion, leg: &Leg) -> Option<Motion> {
+        let course = leg.course(at, 1.0 / self.hz)?;
+        self.follow(at, &course, self.end - 1, PREDICTING)
+    }
+
+    /// Whether `way`, which ends in `end`, ends at rest and on the path.
+    fn rests(&self, way: &Way, end: &Motion) -> bool {
+        let last = self.end - 1;
+        let halts = way
+            .first()
+            .is_some_and(|leg| matches!(leg.goal, Goal::Halt));
+        halts && (end.node < last || end.left >= 0.0)
+    }
+
+    /// The velocity limit ahead that leaves the least room for braking to it.
+    fn tightest(&self, at: &Motion) -> Option<Goal> {
+        let here = self.grip(at, 0.0, at.node);
+        let rising = at.a.max(0.0);
+        let mut lowest = at.v + rising * rising / (2.0 * here.down);
         let mut distance = at.left;
-        let mut lowest = peak;
-        let mut tries = 0;
         let mut tightest = None;
         let mut room = f32::MAX;
+        let halt = brake(at.v, at.a, 0.0, here).distance;
         for index in at.node..self.end {
             let node = self.nodes.get(index);
             let next = self.nodes.get(index + 1);
@@ -115,76 +196,54 @@ impl View<'_> {
             }
             if cap < lowest {
                 lowest = cap;
-                let left = distance - brake(at.v, at.a, cap, limit_a, limit_j).distance;
+                let left = distance - brake(at.v, at.a, cap, here).distance;
                 if left < room {
                     room = left;
-                    tightest = Some((cap, limit_a, limit_j));
-                }
-                if tries < TRIES {
-                    tries += 1;
-                    if let Some(manoeuvre) = to(cap, limit_a, limit_j) {
-                        return Some(manoeuvre);
-                    }
+                    tightest = Some(Goal::Limit {
+                        to: cap,
+                        node: index,
+                    });
                 }
             }
-            if brake(at.v, at.a, 0.0, limit_a, limit_j).distance < distance {
+            if halt < distance {
                 break;
             }
             distance += next.length;
-            limit_a = limit_a.min(next.limits.a);
-            limit_j = limit_j.min(next.limits.j);
         }
-        tightest.and_then(|(cap, a, j)| to(cap, a, j)).or_else(|| {
-            let shares = [0.9, 0.75, 0.5, 0.25].iter();
-            shares
-                .map(|share| share * at.v.min(lowest))
-                .find_map(|v| to(v, limit_a, limit_j))
-        })
+        tightest
     }
 
-    /// Down to `to` and zero acceleration with the limits given, in whole ticks.
-    fn shape(&self, at: &Motion, to: f32, limit_a: f32, limit_j: f32) -> Option<Manoeuvre> {
-        let h = 1.0 / self.hz;
-        let time = brake(at.v, at.a, to, limit_a, limit_j).time;
-        let ticks = time.map(|t| libm::ceilf(t * self.hz) as u32);
-        let ticks = [ticks[0], ticks[1], ticks[2].max(1)];
-        if ticks.iter().any(|&n| n > MANOEUVRE_MAX) {
-            return None;
+    /// What braking from `at` to velocity `to` in node `last` may do: jerk where the deceleration is built up, deceleration
+    /// on the way, jerk where it is let go.
+    pub(super) fn grip(&self, at: &Motion, to: f32, last: usize) -> Grip {
+        let middle = MIDDLE * at.v + (1.0 - MIDDLE) * to;
+        let most = self.acceleration(at.node, middle).down;
+        let free = sqrt((at.v - to).max(0.0) * self.jerk(at.node, middle, 0.0).down);
+        let half = self.jerk(at.node, middle, -0.5 * most.min(free)).down;
+        Grip {
+            a: most,
+            down: self.jerk(at.node, at.v, at.a).down.min(half),
+            up: self.jerk(last, to, 0.0).up,
         }
-        let course = if ticks[0] == 0 {
-            Course::release(at, ticks[2], h)
-        } else {
-            Course::slowing(at, to, ticks, h)?
-        };
-        Some(Manoeuvre { to, course })
     }
 
-    /// To rest on the path as soon as the limits allow.
-    fn halt(&self, at: &Motion) -> Manoeuvre {
-        let here = self.nodes.get(at.node).limits;
-        let (mut a, mut j) = (here.a, here.j);
-        let mut b = brake(at.v, at.a, 0.0, a, j);
-        let mut covered = at.left;
-        let mut index = at.node;
-        while covered < b.distance && !self.nodes.get(index).stop && index + 1 < self.end {
-            index += 1;
-            let node = self.nodes.get(index);
-            if node.limits.a < a || node.limits.j < j {
-                a = a.min(node.limits.a);
-                j = j.min(node.limits.j);
-                b = brake(at.v, at.a, 0.0, a, j);
-            }
-            covered += node.length;
+    /// The phases of `leg` from the planned state in whole units of jerk.
+    pub(super) fn exactly(&self, leg: &Leg) -> Option<Phases> {
+        let Leg { to, ticks, .. } = *leg;
+        if let Goal::Release = leg.goal {
+            // Where that leads is given.
+            let jerk = -self.state.a / i128::from(ticks[2]);
+            return Some([(0, 0), (0, 0), (i64::try_from(jerk).ok()?, ticks[2])]);
         }
-        let ticks = b.time.map(|t| libm::ceilf(t * self.hz) as u32);
-        let ticks = [ticks[0].max(1), ticks[1], ticks[2].max(1)];
-        let nothing = Course {
-            jerk: [0.0; 3],
-            ticks: [1, 0, 1],
-        };
-        Manoeuvre {
-            to: 0.0,
-            course: Course::slowing(at, 0.0, ticks, 1.0 / self.hz).unwrap_or(nothing),
-        }
+        slow(&self.state, (to / self.hz * UNIT) as i128, ticks)
+    }
+
+    /// To rest whatever that takes. For a state without a way to rest, of which there should be none.
+    pub(super) fn forced(&self) -> Phases {
+        let at = self.motion();
+        let grip = self.grip(&at, 0.0, at.node);
+        let time = brake(at.v, at.a, 0.0, grip).time;
+        let ticks = time.map(|t| (libm::ceilf(t * self.hz) as u32).clamp(1, PHASE_MAX));
+        slow(&self.state, 0, ticks).unwrap_or([(0, 1); 3])
     }
 }

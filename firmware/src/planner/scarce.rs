@@ -12,7 +12,6 @@ use core::sync::atomic::Ordering::Relaxed;
 
 use super::nodes;
 use super::{Planner, LEAD_TICKS};
-use crate::config::Config;
 use crate::geometry::arc::S_FRAC;
 
 /// Time in which the known path would be covered at the velocity chosen, s.
@@ -168,13 +167,13 @@ impl Planner<'_> {
     }
 
     /// No text has come for a time: the path ends with the newest segment, for now.
-    pub fn time_out(&mut self, config: &Config) {
+    pub fn time_out(&mut self) {
         let Some(last) = &self.pending else {
             return;
         };
         let number = self.first.wrapping_add(self.nodes.len() as u32);
         self.supply.timed_out = (!self.stands()).then_some((number, last.block));
-        self.flush(config);
+        self.flush();
     }
 
     /// A landing at the end of node `number` has been planned.

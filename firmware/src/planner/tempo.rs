@@ -9,7 +9,7 @@
 
 use heapless::Deque;
 
-use super::limits::PathLimits;
+use super::limits::Joint;
 use super::nodes::Node;
 use super::LEAD_TICKS;
 
@@ -112,23 +112,18 @@ impl Schedule {
     }
 }
 
-/// What a node allows: one set for overrides up to 100 %, one for those above.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Passing {
-    /// Limits inside.
-    pub limits: PathLimits,
-    /// Velocity over the joint at its end.
-    pub exit_v: f32,
-}
-
 impl Node {
     /// Limits the node by `tempo`.
     pub(super) fn set_tempo(&mut self, tempo: &Tempo) {
         let raised = tempo.feed > 100;
         if self.raised != raised {
             self.raised = raised;
-            core::mem::swap(&mut self.limits, &mut self.other.limits);
-            core::mem::swap(&mut self.exit_v, &mut self.other.exit_v);
+            let Joint { v, taken } = self.other;
+            self.other = Joint {
+                v: self.exit_v,
+                taken: self.exit_taken,
+            };
+            (self.exit_v, self.exit_taken) = (v, taken);
         }
         let percent = if self.rapid { tempo.rapid } else { tempo.feed };
         self.limits.v = self.velocity(percent).min(tempo.most);

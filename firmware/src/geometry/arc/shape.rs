@@ -56,6 +56,13 @@ fn derivatives(curve: &[Quintic; AXES], x: f32) -> [AxisVec; 3] {
 }
 
 impl PathShape {
+    /// Largest size of the third derivatives over this segment and `other`.
+    #[must_use]
+    pub fn steepest_third(&self, other: &Self) -> AxisVec {
+        let most = |shape: &Self, i: usize| shape.high.third[i].max(-shape.low.third[i]);
+        core::array::from_fn(|i| most(self, i).max(most(other, i)))
+    }
+
     /// Shape of a straight line with `first` = dq/ds.
     #[must_use]
     pub fn straight(first: AxisVec, rotary_only: bool, feed_scale: f32) -> Self {

@@ -401,7 +401,7 @@ impl<'a> Controller<'a> {
         }
         if self.planner.has_pending() {
             if self.planner.is_starved() {
-                self.planner.time_out(self.config);
+                self.planner.time_out();
                 return true;
             }
             return false;
@@ -529,7 +529,7 @@ impl<'a> Controller<'a> {
         } else if !self.splitter.is_empty() {
             self.order.exact_stop = true;
         } else if !self.compensator.has_pending() {
-            self.planner.flush(self.config);
+            self.planner.flush();
         }
     }
 
@@ -542,7 +542,7 @@ impl<'a> Controller<'a> {
         match wait {
             Wait::Standstill => {
                 if self.planner.has_pending() {
-                    self.planner.flush(self.config);
+                    self.planner.flush();
                     return true;
                 }
                 if !self.planner.is_idle() || self.planner.is_holding() {

@@ -67,7 +67,7 @@ impl Controller<'_> {
             self.path_end = end;
         } else {
             self.splitter.clear();
-            self.planner.flush(self.config);
+            self.planner.flush();
             self.path_end = self.planner.end_position().unwrap_or(self.path_end);
         }
         self.take_position(self.path_end);
