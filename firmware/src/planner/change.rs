@@ -9,7 +9,7 @@
 use core::sync::atomic::Ordering::Acquire;
 
 use super::brake::{brake, slow, Grip, Phases};
-use super::course::{Motion, TAKING};
+use super::course::{Course, Motion, TAKING};
 use super::limits::{PathLimits, Share};
 use super::profile::{View, SLACK, UNIT};
 use super::refuge::Way;
@@ -263,19 +263,16 @@ impl Planner<'_> {
         wish == self.pace.wanted && wish != self.pace.now && self.run_slowing(config)
     }
 
-    /// Jerk and ticks of the next phase on the way to rest.
-    pub(super) fn begun(&self, config: &Config) -> Option<(f32, u32)> {
+    /// The next slowing down on the way to rest, or what is left of it.
+    pub(super) fn begun(&self, config: &Config) -> Option<Course> {
         let view = self.view(config);
-        let course = match &self.pace.slowing {
-            Some(slowing) => view.course(&slowing.phases),
-            None => self
-                .pace
-                .way
-                .last()?
-                .course(&view.motion(), 1.0 / view.hz)?,
-        };
-        let mut phases = course.jerk.into_iter().zip(course.ticks);
-        phases.find(|&(_, ticks)| ticks > 0)
+        match &self.pace.slowing {
+            Some(slowing) => Some(view.course(&slowing.phases)),
+            None => {
+                let leg = self.pace.way.last()?;
+                leg.course(&view.motion(), 1.0 / view.hz)
+            }
+        }
     }
 
     /// The way to rest from the planned state; its first part may have begun.
@@ -323,7 +320,12 @@ impl Planner<'_> {
             self.pace.slowing = None;
             return false;
         };
-        let ticks = phase.1.min(PIECE);
+        // Two halves of what is little more than a piece: a short one is as much work as a long one.
+        let ticks = match phase.1 {
+            left if left <= PIECE => left,
+            left if left < 2 * PIECE => left / 2,
+            _ => PIECE,
+        };
         phase.1 -= ticks;
         let jerk = phase.0;
         let more = slowing.phases.iter().any(|phase| phase.1 > 0);

@@ -80,6 +80,18 @@ impl Course {
         })
     }
 
+    /// Mean jerk over its first `ticks`; none counts behind its end.
+    pub(super) fn mean(&self, ticks: u32) -> f32 {
+        let mut left = ticks;
+        let mut sum = 0.0;
+        for (&jerk, &n) in self.jerk.iter().zip(&self.ticks) {
+            let n = n.min(left);
+            sum += jerk * n as f32;
+            left -= n;
+        }
+        sum / ticks as f32
+    }
+
     /// The acceleration of `at` let go in `ticks`.
     pub(super) fn release(at: &Motion, ticks: u32, h: f32) -> Self {
         Self {
@@ -95,6 +107,9 @@ const AROUND: f32 = 2.0;
 /// Ticks within one node from which on the middle of a step is looked at, too.
 const LONG: u32 = 6;
 
+/// What rounding may add to a velocity, relative to the largest on the way.
+const ROUNDING: f32 = 3.0e-7;
+
 /// What of a limit may be exceeded, relative.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Tolerance {
@@ -106,14 +121,14 @@ pub(super) struct Tolerance {
 
 /// For what is to come.
 pub(super) const PREDICTING: Tolerance = Tolerance {
-    v: 1.0001,
+    v: 1.000_004,
     a: 1.001,
     back: 1.0e-5,
 };
 
 /// For what has come: a little more, for the rounding of the prediction.
 pub(super) const TAKING: Tolerance = Tolerance {
-    v: 1.0002,
+    v: 1.000_008,
     a: 1.0015,
     back: 2.0e-5,
 };
@@ -157,7 +172,8 @@ impl View<'_> {
                 let v = speeds[1];
                 fastest = fastest.max(v);
                 let node = self.nodes.get(at.node);
-                if v > node.limits.v * tolerance.v || speeds[0] < -tolerance.back * fastest {
+                let rounded = fastest * ROUNDING;
+                if v > node.limits.v * tolerance.v + rounded || speeds[0] < -tolerance.back * fastest {
                     return None;
                 }
                 // Where the jerk or the node ends; within, what is asked of the axes hardly bends.
@@ -184,7 +200,7 @@ impl View<'_> {
                     let inside = self.nodes.get(next.node);
                     next.left += inside.length;
                     if stop
-                        || v > exit.min(inside.limits.v) * tolerance.v
+                        || v > exit.min(inside.limits.v) * tolerance.v + rounded
                         || !keeps(&next, share.loose(tolerance.a))
                     {
                         return None;

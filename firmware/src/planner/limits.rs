@@ -27,6 +27,8 @@ const WIDER: f32 = 1.0 + 1.0 / 128.0;
 const JOINT_HALVINGS: u32 = 12;
 /// Share of an axis' acceleration that passing a joint may take where jerk is not limited.
 const JOINT_ACCELERATION: f32 = 0.5;
+/// Turn of the tangent from which on a joint is a corner, rad (6 degrees).
+const CORNER: f32 = 0.1;
 /// A step in the second derivative falls between two ticks; the third difference sees at most this share of it at once
 /// (a step at the fraction f of a tick is seen as (1-f)^2/2, 1/2 + f - f^2 and f^2/2 in three successive ticks).
 const SAMPLED_STEP: f32 = 0.75;
@@ -373,7 +375,8 @@ pub fn velocity_limit(config: &Config, shape: &PathShape, length: f32, soft: boo
 /// A step in q' is a velocity step within one servo tick: `|dq'| v / dt` of acceleration and
 /// `|dq'| v / dt^2` of jerk in the sampled motion; a step in q'' is [`SAMPLED_STEP`] `|dq''| v^2 / dt` of jerk; path
 /// acceleration a turned by a step in q' is `|dq'| a / dt`. All must fit into the share of the axis' jerk set aside for
-/// joints, or the axis' configured corner velocity step must cover the first.
+/// joints, or the axis' configured corner velocity step must cover the first. Without jerk limit the step in q' must fit
+/// into the share of acceleration, and at a corner the configured step alone counts.
 #[must_use]
 pub fn joint(
     config: &Config,
@@ -385,12 +388,19 @@ pub fn joint(
 ) -> Joint {
     let hz = config.servo_hz as f32;
     let mut allowed = v;
+    let turns = (0..AXES).map(|a| after.first[a] - before.first[a]);
+    let corner = turns.map(|step| step * step).sum::<f32>() > CORNER * CORNER;
     for a in 0..AXES {
         let axis = &config.axes[a];
         let step1 = (after.first[a] - before.first[a]).abs();
         let step2 = SAMPLED_STEP * (after.second[a] - before.second[a]).abs();
         if !soft {
-            let step = (JOINT_ACCELERATION * axis.a_max / hz).max(axis.corner_step);
+            let smooth = if corner {
+                0.0
+            } else {
+                JOINT_ACCELERATION * axis.a_max / hz
+            };
+            let step = smooth.max(axis.corner_step);
             if allowed * step1 > step {
                 allowed = step / step1;
             }

@@ -148,6 +148,7 @@ impl<'a> Planner<'a> {
         shared: &'a Shared,
         nodes: &'a mut Nodes,
     ) -> Self {
+        #[cfg(not(target_os="none"))] if std::env::var_os("DBG").is_some() { std::eprintln!("NEW"); }
         Self {
             segments,
             pieces,
@@ -378,11 +379,15 @@ impl<'a> Planner<'a> {
         }
         match self
             .view(config)
-            .decide(self.begun(config), self.known_way())
+            .decide(self.begun(config).as_ref(), self.known_way())
         {
             Decision::Go(jerk, ticks, way) => {
                 self.take_way(way);
                 self.emit(config, &[(jerk, ticks)], PieceEnd::Continue);
+            }
+            Decision::Settle(phases, way) => {
+                self.take_way(way);
+                self.emit(config, &phases, PieceEnd::Continue);
             }
             Decision::GoOn => self.go_on(config),
             Decision::Creep(phases) => self.run_slowly(config, phases),
@@ -453,6 +458,7 @@ impl<'a> Planner<'a> {
                 brake,
                 generation: self.generation,
             };
+            #[cfg(not(target_os="none"))] if std::env::var_os("DBG").is_some() { let m=self.view(config).motion(); std::eprintln!("P {} {} v {} a {} lim {} node {} {:?}", ticks, jerk, m.v, m.a, self.nodes.get(m.node).limits.v, m.node, piece_end); }
             let queued = self.pieces.enqueue(piece);
             debug_assert!(queued.is_ok(), "room was checked for a whole landing");
         }
@@ -471,6 +477,7 @@ impl<'a> Planner<'a> {
     fn view(&self, config: &Config) -> View<'_> {
         View {
             nodes: self.nodes,
+            first: self.first,
             cursor: self.cursor,
             end: self.known().min(self.cursor + LOOK_AHEAD + 1),
             last: self.last.wrapping_sub(self.first) as usize,

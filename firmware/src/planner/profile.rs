@@ -6,12 +6,13 @@
 //! one. Where a programmed stop comes within reach, the rest of the way is solved to end exactly on it
 //! ([`super::brake::land`], [`super::brake::hop`]).
 
-use super::brake::{brake, hop, land, Phases};
+use super::brake::{brake, hop, land, slow, Phases};
 use super::course::{Course, Motion, PREDICTING, TAKING};
 use super::limits::{PathLimits, Range, Rates, Share};
 use super::nodes::Nodes;
 use super::refuge::Way;
 use crate::interpolator::{widen, PathState, T_FRAC};
+use crate::units::sqrt;
 
 /// Segments looked at ahead of the one being driven.
 pub const LOOK_AHEAD: usize = 128;
@@ -52,6 +53,8 @@ pub(super) const UNIT: f32 = (1_u128 << T_FRAC) as f32;
 pub struct View<'a> {
     /// All nodes.
     pub nodes: &'a Nodes,
+    /// Running number of the oldest of them.
+    pub first: u32,
     /// Node the state is in.
     pub cursor: usize,
     /// Nodes that are looked at, from the oldest on. Beyond the last one the path is taken to end.
@@ -73,6 +76,8 @@ pub(super) enum Decision {
     Go(i64, u32, Way),
     /// On along the way to rest.
     GoOn,
+    /// Two pieces onto the velocity limit, and the way to rest from there.
+    Settle([(i64, u32); 2], Way),
     /// Three pieces from rest to rest.
     Creep(Phases),
     /// Three pieces to rest at the end of node `stop`.
@@ -154,10 +159,10 @@ impl View<'_> {
         None
     }
 
-    /// The next thing to run; `begun` is the phase of slowing down that can be gone on with, and must be where nothing
-    /// better is found.
+    /// The next thing to run; `begun` is the slowing down that can be gone on with, and must be where nothing better is
+    /// found.
     #[must_use]
-    pub(super) fn decide(&self, begun: Option<(f32, u32)>, known: &Way) -> Decision {
+    pub(super) fn decide(&self, begun: Option<&Course>, known: &Way) -> Decision {
         let stop = self.stop_ahead();
         if let Some(stop) = &stop {
             // What rounding leaves of a standstill is one: nothing could be done from it a whole tick long.
@@ -177,7 +182,7 @@ impl View<'_> {
         self.greedy(stop.as_ref(), begun, known)
     }
 
-    fn greedy(&self, stop: Option<&StopAhead>, begun: Option<(f32, u32)>, known: &Way) -> Decision {
+    fn greedy(&self, stop: Option<&StopAhead>, begun: Option<&Course>, known: &Way) -> Decision {
         let start = self.motion();
         let node = self.nodes.get(start.node);
         let limits = &node.limits;
@@ -198,7 +203,7 @@ impl View<'_> {
         } else {
             ((scale * self.hz * 0.125) as u32).clamp(1, TICKS_MAX)
         };
-        let (floor, most) = begun.map_or((0.0, most), |(jerk, ticks)| (jerk, most.min(ticks)));
+        let floor = begun.map_or(0.0, |course| course.mean(most));
         let unit = UNIT / (self.hz * self.hz * self.hz);
         let ticks = most;
         let time = ticks as f32 / self.hz;
@@ -212,19 +217,21 @@ impl View<'_> {
         let same = |jerk: f32| self.same_refuge(&end(jerk)?, known);
         let any = |jerk: f32| self.refuge(&end(jerk)?);
         let go = |jerk: f32, way: Way| Decision::Go((jerk * unit) as i64, ticks, way);
+        let release = -start.a / time;
+        if cruising && release >= floor {
+            if let Some(way) = same(release).or_else(|| any(release)) {
+                return go(release, way);
+            }
+        }
         let high = jerks.up.min((range.up - start.a) / time);
         if high <= floor {
             return Decision::GoOn;
         }
+        if let Some((phases, way)) = self.settle(&start, floor, jerks) {
+            return Decision::Settle(phases, way);
+        }
         if let Some(way) = same(high).or_else(|| any(high)) {
             return go(high, way);
-        }
-        // Onto the largest velocity, to stay there.
-        let release = -start.a / time;
-        if start.v >= top * CRUISE && release > floor {
-            if let Some(way) = any(release) {
-                return go(release, way);
-            }
         }
         let (mut good, mut bad) = (floor, high);
         let mut found = None;
@@ -249,6 +256,23 @@ impl View<'_> {
             return self.creep();
         }
         Decision::GoOn
+    }
+
+    /// Onto the velocity limit of the node, exactly, where that is near and there is next to no acceleration.
+    fn settle(&self, at: &Motion, floor: f32, jerks: Range) -> Option<([(i64, u32); 2], Way)> {
+        let top = self.nodes.get(at.node).limits.v;
+        let gap = top - at.v;
+        let jerk = jerks.up.min(jerks.down);
+        let n = libm::ceilf(sqrt(gap / jerk) * self.hz);
+        if !(floor <= 0.0 && 0.0 < gap && n <= TICKS_MAX as f32) {
+            return None;
+        }
+        let n = (n as u32).max(1);
+        let to = f64::from(top) / f64::from(self.hz) * f64::from(UNIT);
+        let phases = slow(&self.state, to as i128, [n, 0, n])?;
+        let end = self.follow(at, &self.course(&phases), self.end - 1, PREDICTING)?;
+        let [up, _, down] = phases;
+        Some(([up, down], self.refuge(&end)?))
     }
 
     /// From rest over the next joint and to rest again, as slowly as that takes: slowed down far enough, every motion keeps

@@ -34,7 +34,8 @@ enum Goal {
     Limit {
         /// Path units/s.
         to: f32,
-        node: usize,
+        /// Running number of the node: a way is kept while the window moves on.
+        number: u32,
     },
     /// Rest.
     Halt,
@@ -131,8 +132,10 @@ impl View<'_> {
                 };
                 Some(Some((leg, self.end_of(at, &leg)?)))
             }
-            Goal::Limit { to, node } => {
-                if node < at.node || to >= at.v + at.a.max(0.0) {
+            Goal::Limit { to, number } => {
+                // Behind, it is beyond the window.
+                let node = number.wrapping_sub(self.first) as usize;
+                if !(at.node..self.end).contains(&node) || to >= at.v + at.a.max(0.0) {
                     return Some(None);
                 }
                 let grip = self.grip(at, to, node);
@@ -201,7 +204,7 @@ impl View<'_> {
                     room = left;
                     tightest = Some(Goal::Limit {
                         to: cap,
-                        node: index,
+                        number: self.first.wrapping_add(index as u32),
                     });
                 }
             }
