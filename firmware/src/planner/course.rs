@@ -80,16 +80,17 @@ impl Course {
         })
     }
 
-    /// Mean jerk over its first `ticks`; none counts behind its end.
+    /// The jerk that in `ticks` leads to the same velocity; none counts behind the end of the course.
     pub(super) fn mean(&self, ticks: u32) -> f32 {
-        let mut left = ticks;
-        let mut sum = 0.0;
+        let all = ticks as f32;
+        let (mut left, mut sum) = (all, 0.0);
         for (&jerk, &n) in self.jerk.iter().zip(&self.ticks) {
-            let n = n.min(left);
-            sum += jerk * n as f32;
+            // What a tick builds up counts from then on: n of them, with `left` to go before the first.
+            let n = (n as f32).min(left);
+            sum += jerk * n * (left - 0.5 * (n - 1.0));
             left -= n;
         }
-        sum / ticks as f32
+        sum / (0.5 * all * (all + 1.0))
     }
 
     /// The acceleration of `at` let go in `ticks`.

@@ -7,6 +7,7 @@
 use super::span::Span;
 use crate::config::{AxisConfig, Config};
 use crate::geometry::arc::{PathDerivatives, PathShape};
+use crate::interpolator::T_FRAC;
 use crate::units::{sqrt, AxisVec, AXES};
 
 /// Share of an axis' acceleration that curvature may take.
@@ -17,6 +18,8 @@ const TORSION_SHARE: f32 = 0.85;
 const NEUTRAL_SHARE: f32 = 0.9;
 /// Jerk that is always counted on, share of what there is at standstill.
 const LEAST_JERK: f32 = 0.02;
+/// Largest jerk of a piece, path units per tick^3: half of what its integer can be, 2^63 units of 2^-T_FRAC.
+const PIECE_JERK: f32 = 1.0 / (1_u64 << (T_FRAC - 62)) as f32;
 /// Slope below which an axis does not count as moving along, axis units per path unit.
 const LEAST_SLOPE: f32 = 1.0e-6;
 /// Share of an axis' jerk that passing a joint may take.
@@ -42,6 +45,8 @@ pub struct Rates {
     pub a: AxisVec,
     /// Jerk.
     pub j: AxisVec,
+    /// Largest jerk along the path that a piece can hold, path units/s^3.
+    pub most: f32,
 }
 
 impl Rates {
@@ -49,14 +54,17 @@ impl Rates {
     pub const NONE: Self = Self {
         a: [0.0; AXES],
         j: [0.0; AXES],
+        most: 0.0,
     };
 
     /// Those of the machine; jerk-limited if `soft`.
     #[must_use]
     pub fn new(config: &Config, soft: bool) -> Self {
+        let hz = config.servo_hz as f32;
         Self {
             a: core::array::from_fn(|i| config.axes[i].a_max),
             j: core::array::from_fn(|i| axis_jerk(config, i, soft)),
+            most: PIECE_JERK * hz * hz * hz,
         }
     }
 }
@@ -114,10 +122,13 @@ pub struct Range {
 }
 
 impl Range {
-    const ALL: Self = Self {
-        down: f32::MAX,
-        up: f32::MAX,
-    };
+    /// Up to `most` either way.
+    fn within(most: f32) -> Self {
+        Self {
+            down: most,
+            up: most,
+        }
+    }
 
     /// `per x` is to stay within `below` downwards and `above` upwards, for every `per` from `low` to `high`.
     #[inline]
@@ -171,7 +182,7 @@ impl CurveLimits {
         let v = v.min(self.v);
         let (square, thrice) = (v * v, 3.0 * v);
         let cube = square * v;
-        let mut range = Range::ALL;
+        let mut range = Range::within(f32::MAX);
         for i in 0..AXES {
             let [first, second, third] = self.of_axis(i);
             let below = (rates.a[i] + square * second.low()).max(0.0);
@@ -191,7 +202,7 @@ impl CurveLimits {
     pub fn jerk(&self, rates: &Rates, v: f32, a: f32) -> Range {
         let v = v.min(self.v);
         let (cross, cube) = (3.0 * v * a, v * v * v);
-        let mut range = Range::ALL;
+        let mut range = Range::within(rates.most);
         for i in 0..AXES {
             let [first, second, third] = self.of_axis(i);
             let (x, y) = (cross * second.low(), cross * second.high());
@@ -235,7 +246,7 @@ impl CurveLimits {
     /// Jerk allowed at standstill, either sign.
     #[must_use]
     pub fn still_jerk(&self, rates: &Rates) -> f32 {
-        let mut range = Range::ALL;
+        let mut range = Range::within(rates.most);
         for (first, &j) in self.ranges[0].iter().zip(&rates.j) {
             range.keep(first.low(), first.high(), j, j);
         }

@@ -4,6 +4,7 @@
 //! and [`Piece`]s of constant jerk that say how to run along them. Segments never change once queued; hold
 //! and starvation only change s(t), so the tool cannot leave the path.
 
+use std;
 pub mod brake;
 mod change;
 mod course;
@@ -524,3 +525,7 @@ fn programmed(config: &Config, shape: &PathShape, feed: f32) -> f32 {
     }
     v
 }
+
+#[cfg(not(target_os = "none"))]
+pub(crate) static TRACE: core::sync::atomic::AtomicBool = core::sync::atomic::AtomicBool::new(false);
+pub(crate) fn dbg(x: std::string::String) { if TRACE.load(core::sync::atomic::Ordering::Relaxed) { std::eprintln!("{x}"); } }

@@ -35,6 +35,9 @@ const CREEPS: u32 = 14;
 /// Share of the limits that a landing takes at least: one that is taken early brakes too gently.
 const GENTLE: f32 = 0.85;
 
+/// The same where nothing is better: there the motion is to stop, and exactly there.
+const LATE: f32 = 0.6;
+
 /// Acceleration below this share of the limit counts as none: what rounding leaves after a manoeuvre.
 const NO_ACCELERATION: f32 = 1.0e-5;
 
@@ -170,7 +173,7 @@ impl View<'_> {
             let decision = if at_rest {
                 self.try_hop(stop)
             } else {
-                self.try_land(stop)
+                self.try_land(stop, GENTLE)
             };
             if let Some(phases) = decision {
                 return Decision::Land {
@@ -207,13 +210,14 @@ impl View<'_> {
         let unit = UNIT / (self.hz * self.hz * self.hz);
         let ticks = most;
         let time = ticks as f32 / self.hz;
-        let end = |jerk: f32| {
+        let after = |jerk: f32, ticks: u32| {
             let course = Course {
                 jerk: [jerk, 0.0, 0.0],
                 ticks: [ticks, 0, 0],
             };
             self.follow(&start, &course, self.end - 1, PREDICTING)
         };
+        let end = |jerk: f32| after(jerk, ticks);
         let same = |jerk: f32| self.same_refuge(&end(jerk)?, known);
         let any = |jerk: f32| self.refuge(&end(jerk)?);
         let go = |jerk: f32, way: Way| Decision::Go((jerk * unit) as i64, ticks, way);
@@ -221,6 +225,16 @@ impl View<'_> {
         if cruising && release >= floor {
             if let Some(way) = same(release).or_else(|| any(release)) {
                 return go(release, way);
+            }
+            // A stop is near: on as far as it can still be met.
+            let shorter = [ticks / 2, ticks / 4, 1];
+            let found = shorter.into_iter().find_map(|ticks| {
+                let release = -start.a * self.hz / ticks as f32;
+                let way = self.refuge(&after(release, ticks)?)?;
+                Some(Decision::Go((release * unit) as i64, ticks, way))
+            });
+            if let Some(decision) = found {
+                return decision;
             }
         }
         let high = jerks.up.min((range.up - start.a) / time);
@@ -254,6 +268,12 @@ impl View<'_> {
         }
         if begun.is_none() && self.state.v == 0 {
             return self.creep();
+        }
+        if let Some(stop) = stop {
+            if let Some(phases) = self.try_land(stop, LATE) {
+                let stop = stop.index;
+                return Decision::Land { phases, stop };
+            }
         }
         Decision::GoOn
     }
@@ -313,11 +333,11 @@ impl View<'_> {
         })
     }
 
-    fn try_land(&self, stop: &StopAhead) -> Option<Phases> {
+    fn try_land(&self, stop: &StopAhead, least: f32) -> Option<Phases> {
         let m = self.motion();
         let grip = self.grip(&m, 0.0, m.node);
         let reach = |share: f32| brake(m.v, m.a, 0.0, grip.share(share));
-        let (mut low, mut high) = (GENTLE, 1.0);
+        let (mut low, mut high) = (least, 1.0);
         let distance = stop.distance;
         if !(distance > 0.0) || reach(low).distance < distance || reach(high).distance > distance {
             return None;
