@@ -35,14 +35,17 @@ impl Motion {
         }
     }
 
-    /// Least and largest velocity on the way to `to` at `jerk`.
-    fn speeds(&self, to: &Self, jerk: f32) -> [f32; 2] {
+    /// Least and largest velocity on the way to `to` at `jerk`, in ticks of `h` seconds.
+    fn speeds(&self, to: &Self, jerk: f32, h: f32) -> [f32; 2] {
         let (low, high) = (self.v.min(to.v), self.v.max(to.v));
-        if self.a * to.a >= 0.0 {
+        let step = jerk * h;
+        if self.a * to.a >= 0.0 || to.a.abs() <= NO_TICK * step.abs() {
             return [low, high];
         }
-        // The acceleration changes its sign on the way: v - a^2 / 2 j there.
-        let extreme = self.v - 0.5 * self.a * self.a / jerk;
+        // The acceleration changes its sign on the way. The parabola through the velocities of the ticks,
+        // v + n (a + j (n + 1) / 2) with a and j per tick, has its peak at n = -a / j - 1/2.
+        let a = self.a + 0.5 * step;
+        let extreme = self.v - 0.5 * a * a / jerk;
         [low.min(extreme), high.max(extreme)]
     }
 }
@@ -108,6 +111,9 @@ const AROUND: f32 = 2.0;
 /// Ticks within one node from which on the middle of a step is looked at, too.
 const LONG: u32 = 6;
 
+/// An acceleration of the other sign that is less than this share of a tick of jerk is rounding.
+const NO_TICK: f32 = 1.0 / 256.0;
+
 /// What rounding may add to a velocity, relative to the largest on the way.
 const ROUNDING: f32 = 3.0e-7;
 
@@ -158,7 +164,7 @@ impl View<'_> {
             while remaining > 0 {
                 let mut n = remaining;
                 let mut next = at.after(jerk, n as f32, h);
-                let mut speeds = at.speeds(&next, jerk);
+                let mut speeds = at.speeds(&next, jerk, h);
                 if at.node < last && next.left < 0.0 {
                     // As far as it surely stays inside; over the joint tick by tick.
                     n = ((at.left * self.hz / speeds[1]) as u32).clamp(1, n);
@@ -167,7 +173,7 @@ impl View<'_> {
                         n = 1;
                         next = at.after(jerk, 1.0, h);
                     }
-                    speeds = at.speeds(&next, jerk);
+                    speeds = at.speeds(&next, jerk, h);
                 }
                 remaining -= n;
                 let v = speeds[1];
