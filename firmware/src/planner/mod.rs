@@ -38,6 +38,9 @@ use tempo::{Request, Schedule, Tempo, FEED_MAX};
 /// Ticks planned ahead of the interrupt. Covers the longest stretch of background work between two calls.
 pub const LEAD_TICKS: u32 = 100;
 
+/// Pieces that one decision makes, at most.
+const PIECES_AT_ONCE: usize = 3;
+
 // Planned but not yet driven (a joint per tick at most) and what is looked ahead: all fits into the window.
 const _: () = assert!(LEAD_TICKS as usize + LOOK_AHEAD < nodes::NODES);
 
@@ -310,7 +313,7 @@ impl<'a> Planner<'a> {
         !self.is_holding()
             && !self.is_barred()
             && (self.cursor < self.nodes.len() || self.pending.is_some())
-            && self.shared.executed.load(Relaxed).wrapping_add(LEAD_TICKS) >= self.planned
+            && !self.is_ahead(self.shared.executed.load(Relaxed))
     }
 
     /// Forgets everything. The interrupt must be at rest and its queues drained.
@@ -336,9 +339,12 @@ impl<'a> Planner<'a> {
     pub fn advance(&mut self, config: &Config) -> bool {
         let more = self.decide(config);
         let current = self.generation == self.shared.generation.load(Acquire);
-        let waiting = self.planned != self.shared.executed.load(Acquire);
-        if !more && waiting && current && !self.is_holding() {
-            // Far enough ahead, or at the end of what is known: motion may begin.
+        let executed = self.shared.executed.load(Acquire);
+        let waiting = self.planned != executed;
+        let ends = self.stands() || self.cursor >= self.nodes.len();
+        let ahead = ends || self.is_ahead(executed);
+        if !more && waiting && current && ahead && !self.is_holding() {
+            // Far enough ahead, or to rest: motion may begin.
             self.shared.ready.store(true, Release);
         }
         more
@@ -358,9 +364,7 @@ impl<'a> Planner<'a> {
         let executed = self.shared.executed.load(Acquire);
         // After `executed`: a request made by then is among them.
         self.take_requests();
-        if self.planned.wrapping_sub(executed) >= LEAD_TICKS
-            || self.pieces.capacity() - self.pieces.len() < 3
-        {
+        if self.is_ahead(executed) {
             return false;
         }
         if self.held || self.cursor >= self.nodes.len() {
@@ -400,6 +404,12 @@ impl<'a> Planner<'a> {
             }
         }
         true
+    }
+
+    /// True if nothing is to be planned before the interrupt has run more.
+    fn is_ahead(&self, executed: u32) -> bool {
+        self.planned.wrapping_sub(executed) >= LEAD_TICKS
+            || self.pieces.capacity() - self.pieces.len() < PIECES_AT_ONCE
     }
 
     /// After the interrupt has braked: takes up the state the interrupt came to rest in.

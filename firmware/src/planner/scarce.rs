@@ -10,7 +10,6 @@
 
 use core::sync::atomic::Ordering::Relaxed;
 
-use super::nodes;
 use super::{Planner, LEAD_TICKS};
 use crate::geometry::arc::S_FRAC;
 
@@ -70,7 +69,7 @@ impl Planner<'_> {
         })
     }
 
-    fn stands(&self) -> bool {
+    pub(super) fn stands(&self) -> bool {
         self.state.v == 0 && self.state.a == 0
     }
 
@@ -105,7 +104,7 @@ impl Planner<'_> {
                 self.end_scarcity();
             }
         }
-        let full = self.nodes.len() + 1 >= nodes::NODES;
+        let full = !self.has_room();
         if self.supply.scarce && (self.stands() || (full && self.supply.cut.is_none())) {
             self.end_scarcity();
         }
@@ -115,8 +114,10 @@ impl Planner<'_> {
         if self.stands() {
             return false;
         }
+        // A motion that has not begun can wait, too.
         let lead = self.planned.wrapping_sub(executed);
-        if self.supply.cut.is_none() && lead > LAST_MOMENT {
+        let late = lead <= LAST_MOMENT && self.shared.ready.load(Relaxed);
+        if self.supply.cut.is_none() && !late {
             return false;
         }
         self.reach();
