@@ -7,7 +7,6 @@
 #![cfg_attr(not(test), no_std)]
 #![deny(unsafe_code)]
 
-#[cfg(not(target_os="none"))] extern crate std;
 pub mod board;
 pub mod catalogue;
 pub mod compensation;

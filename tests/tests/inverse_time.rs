@@ -109,31 +109,12 @@ fn take_their_time(name: &str, held: &Held) -> (f64, usize) {
 fn blocks_of_any_length_take_their_time() {
     for (template, feed) in &divided() {
         for mode in ["SOFT", "BRISK"] {
-            // `a_tiny_circle_takes_its_time`.
-            if mode == "SOFT" && template.name.contains("tiny circle") {
-                continue;
-            }
-            each_takes_its_time(template, mode, *feed);
+            let name = format!("{mode} {}", template.name);
+            let held = held(&Setup::default(), &timed(template, mode, |_| *feed), 100);
+            let (_, count) = take_their_time(&name, &held);
+            assert!(count >= 5, "{name}: {count} blocks");
         }
     }
-}
-
-#[test]
-#[ignore = "the planner slows down without cause behind a stop or a slow joint"]
-fn a_tiny_circle_takes_its_time() {
-    for (template, feed) in &divided() {
-        if template.name.contains("tiny circle") {
-            each_takes_its_time(template, "SOFT", *feed);
-        }
-    }
-}
-
-/// Holds the times of `template` at `feed`, mm/min or degree/min.
-fn each_takes_its_time(template: &Template, mode: &str, feed: f64) {
-    let name = format!("{mode} {}", template.name);
-    let held = held(&Setup::default(), &timed(template, mode, |_| feed), 100);
-    let (_, count) = take_their_time(&name, &held);
-    assert!(count >= 5, "{name}: {count} blocks");
 }
 
 /// Between lines that lead in and out, without a bend at their ends or with a slight one.

@@ -180,7 +180,9 @@ impl View<'_> {
                 fastest = fastest.max(v);
                 let node = self.nodes.get(at.node);
                 let rounded = fastest * ROUNDING;
-                if v > node.limits.v * tolerance.v + rounded || speeds[0] < -tolerance.back * fastest {
+                if v > node.limits.v * tolerance.v + rounded
+                    || speeds[0] < -tolerance.back * fastest
+                {
                     return None;
                 }
                 // Where the jerk or the node ends; within, what is asked of the axes hardly bends.

@@ -25,7 +25,7 @@ const LEAST_SLOPE: f32 = 1.0e-6;
 /// Share of an axis' jerk that passing a joint may take.
 const JOINT_SHARE: f32 = 0.8;
 /// What ranges of derivatives are wider than the derivatives, at most ([`Span`]).
-const WIDER: f32 = 1.0 + 1.0 / 128.0;
+const WIDER: f32 = 1.0 + 1.0 / 60.0;
 /// Halvings of the range in which the velocity over a joint is looked for.
 const JOINT_HALVINGS: u32 = 12;
 /// Share of an axis' acceleration that passing a joint may take where jerk is not limited.
@@ -132,7 +132,7 @@ impl Range {
 
     /// `per x` is to stay within `below` downwards and `above` upwards, for every `per` from `low` to `high`.
     #[inline]
-    fn keep(&mut self, low: f32, high: f32, below: f32, above: f32) {
+    fn keep(&mut self, [low, high]: [f32; 2], below: f32, above: f32) {
         let least = |limit: &mut f32, room: f32, per: f32| {
             if *limit * per > room {
                 *limit = room / per;
@@ -184,14 +184,14 @@ impl CurveLimits {
         let cube = square * v;
         let mut range = Range::within(f32::MAX);
         for i in 0..AXES {
-            let [first, second, third] = self.of_axis(i);
-            let below = (rates.a[i] + square * second.low()).max(0.0);
-            let above = (rates.a[i] - square * second.high()).max(0.0);
-            range.keep(first.low(), first.high(), below, above);
+            let [first, second, third] = self.of_axis(i).map(Span::ends);
+            let below = (rates.a[i] + square * second[0]).max(0.0);
+            let above = (rates.a[i] - square * second[1]).max(0.0);
+            range.keep(first, below, above);
             let rate = NEUTRAL_SHARE * rates.j[i];
-            let below = (rate + cube * third.low()).max(0.0);
-            let above = (rate - cube * third.high()).max(0.0);
-            range.keep(thrice * second.low(), thrice * second.high(), below, above);
+            let below = (rate + cube * third[0]).max(0.0);
+            let above = (rate - cube * third[1]).max(0.0);
+            range.keep(second.map(|end| thrice * end), below, above);
         }
         range
     }
@@ -204,13 +204,13 @@ impl CurveLimits {
         let (cross, cube) = (3.0 * v * a, v * v * v);
         let mut range = Range::within(rates.most);
         for i in 0..AXES {
-            let [first, second, third] = self.of_axis(i);
-            let (x, y) = (cross * second.low(), cross * second.high());
+            let [first, second, third] = self.of_axis(i).map(Span::ends);
+            let (x, y) = (cross * second[0], cross * second[1]);
             let rate = rates.j[i];
             let floor = LEAST_JERK * rates.j[i];
-            let below = (rate + x.min(y) + cube * third.low()).max(floor);
-            let above = (rate - x.max(y) - cube * third.high()).max(floor);
-            range.keep(first.low(), first.high(), below, above);
+            let below = (rate + x.min(y) + cube * third[0]).max(floor);
+            let above = (rate - x.max(y) - cube * third[1]).max(floor);
+            range.keep(first, below, above);
         }
         range
     }
@@ -220,14 +220,17 @@ impl CurveLimits {
     #[must_use]
     pub fn keeps(&self, rates: &Rates, [v, a, j]: [f32; 3], share: Share) -> bool {
         let (square, cross, cube) = (v * v, 3.0 * v * a, v * v * v);
+        let wide = [a, j, cross].map(f32::abs);
         (0..AXES).all(|i| {
-            let [first, second, third] = self.of_axis(i);
-            let [low, high] = sum([scaled(first, a), scaled(second, square), [0.0; 2]]);
-            let most = share.a * rates.a[i];
-            let [least, largest] =
-                sum([scaled(first, j), scaled(second, cross), scaled(third, cube)]);
-            let jerk = share.j * rates.j[i];
-            low >= -most && high <= most && least >= -jerk && largest <= jerk
+            let spans = self.of_axis(i);
+            if spans == [Span::ZERO; 3] {
+                return true;
+            }
+            let [[q1, r1], [q2, r2], [q3, r3]] = spans.map(Span::parts);
+            let acceleration = (q1 * a + q2 * square).abs() + (r1 * wide[0] + r2 * square);
+            let jerk =
+                (q1 * j + q2 * cross + q3 * cube).abs() + (r1 * wide[1] + r2 * wide[2] + r3 * cube);
+            acceleration <= share.a * rates.a[i] && jerk <= share.j * rates.j[i]
         })
     }
 
@@ -248,7 +251,7 @@ impl CurveLimits {
     pub fn still_jerk(&self, rates: &Rates) -> f32 {
         let mut range = Range::within(rates.most);
         for (first, &j) in self.ranges[0].iter().zip(&rates.j) {
-            range.keep(first.low(), first.high(), j, j);
+            range.keep(first.ends(), j, j);
         }
         range.up
     }
@@ -269,23 +272,6 @@ impl CurveLimits {
             ],
         }
     }
-}
-
-/// Least and largest of `span` times `by`.
-#[inline]
-fn scaled(span: Span, by: f32) -> [f32; 2] {
-    let (low, high) = (span.low() * by, span.high() * by);
-    if by < 0.0 {
-        [high, low]
-    } else {
-        [low, high]
-    }
-}
-
-#[inline]
-fn sum(parts: [[f32; 2]; 3]) -> [f32; 2] {
-    let [x, y, z] = parts;
-    [x[0] + y[0] + z[0], x[1] + y[1] + z[1]]
 }
 
 /// What passing a joint takes of the limits of the axes in the ticks around it, as shares: at any velocity, per path unit/s

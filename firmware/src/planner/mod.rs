@@ -4,7 +4,6 @@
 //! and [`Piece`]s of constant jerk that say how to run along them. Segments never change once queued; hold
 //! and starvation only change s(t), so the tool cannot leave the path.
 
-use std;
 pub mod brake;
 mod change;
 mod course;
@@ -152,7 +151,6 @@ impl<'a> Planner<'a> {
         shared: &'a Shared,
         nodes: &'a mut Nodes,
     ) -> Self {
-        #[cfg(not(target_os="none"))] if std::env::var_os("DBG").is_some() { std::eprintln!("NEW"); }
         Self {
             segments,
             pieces,
@@ -469,7 +467,6 @@ impl<'a> Planner<'a> {
                 brake,
                 generation: self.generation,
             };
-            #[cfg(not(target_os="none"))] if std::env::var_os("DBG").is_some() { let m=self.view(config).motion(); std::eprintln!("P {} {} v {} a {} lim {} node {} {:?}", ticks, jerk, m.v, m.a, self.nodes.get(m.node).limits.v, m.node, piece_end); }
             let queued = self.pieces.enqueue(piece);
             debug_assert!(queued.is_ok(), "room was checked for a whole landing");
         }
@@ -535,7 +532,3 @@ fn programmed(config: &Config, shape: &PathShape, feed: f32) -> f32 {
     }
     v
 }
-
-#[cfg(not(target_os = "none"))]
-pub(crate) static TRACE: core::sync::atomic::AtomicBool = core::sync::atomic::AtomicBool::new(false);
-pub(crate) fn dbg(x: std::string::String) { if TRACE.load(core::sync::atomic::Ordering::Relaxed) { std::eprintln!("{x}"); } }

@@ -1,56 +1,59 @@
 //! A range of numbers in one word.
 //!
-//! In: the ends of a range. Out: those of one that contains it, at most 2^-7 of each end wider. Both are `f32`s cut to
-//! their upper half, which keeps sign, exponent and seven bits of the fraction, and rounded outward.
+//! In: the ends of a range. Out: middle and half width of one that contains it, each end further out by at most 2^-9 of the
+//! middle and 2^-6 of the half width. The middle is an `f32` of eighteen bits, the half width one of fourteen and without sign.
 
-/// Bits that an end keeps.
-const KEPT: u32 = 0xffff_0000;
-/// The least change of what is kept.
-const STEP: u32 = 1 << 16;
-/// The sign.
-const SIGN: u32 = 1 << 31;
+/// Bits of the middle.
+const MIDDLE: u32 = 0xffff_c000;
+/// Half of what is cut off it.
+const HALF: u32 = 0x2000;
+/// The half width's place in an `f32`: eight bits of exponent, six of the fraction.
+const SHIFT: u32 = 17;
+/// What is cut off it.
+const CUT: u32 = (1 << SHIFT) - 1;
 
-/// A range, least and largest value in 16 bits each.
+/// A range as middle and half width.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Span(u32);
 
 impl Span {
     /// Nothing but zero.
     pub const ZERO: Self = Self(0);
+    /// Every number.
+    const ANY: Self = Self(f32::INFINITY.to_bits() >> SHIFT);
 
-    /// The narrowest span that contains `low` and `high`. Of numbers beyond 3.39e38 infinity is made; ends that are not
-    /// numbers stay so, or become infinite.
+    /// A span that contains `low` to `high`. Where they are not finite, or the range is wider than numbers go, it contains
+    /// everything.
     #[must_use]
     pub fn new(low: f32, high: f32) -> Self {
-        // Rounding down is rounding the negative up.
-        let low = rounded_up(-low) ^ SIGN;
-        Self((low & KEPT) | (rounded_up(high) >> 16))
+        let middle = 0.5 * low + 0.5 * high;
+        let middle = f32::from_bits((middle.to_bits() + HALF) & MIDDLE);
+        // Rounded, so a little more.
+        let half = (high - middle).max(middle - low).max(0.0) * (1.0 + 2.0 * f32::EPSILON);
+        if !(half < f32::MAX && low <= high) {
+            return Self::ANY;
+        }
+        // Positive, so the next pattern is the next number.
+        let half = (half.to_bits() + CUT) >> SHIFT;
+        Self(middle.to_bits() | half)
     }
 
-    /// Least value.
+    /// Middle and half width.
     #[inline]
     #[must_use]
-    pub fn low(self) -> f32 {
-        f32::from_bits(self.0 & KEPT)
+    pub fn parts(self) -> [f32; 2] {
+        [
+            f32::from_bits(self.0 & MIDDLE),
+            f32::from_bits((self.0 & !MIDDLE) << SHIFT),
+        ]
     }
 
-    /// Largest value.
+    /// Least and largest value.
     #[inline]
     #[must_use]
-    pub fn high(self) -> f32 {
-        f32::from_bits(self.0 << 16)
-    }
-}
-
-/// Bits of the least number not below `x` of those with an empty lower half.
-fn rounded_up(x: f32) -> u32 {
-    // Towards zero: upwards if negative.
-    let cut = x.to_bits() & KEPT;
-    if x > f32::from_bits(cut) {
-        // Positive and finite, so the next pattern is the next number.
-        cut + STEP
-    } else {
-        cut
+    pub fn ends(self) -> [f32; 2] {
+        let [middle, half] = self.parts();
+        [middle - half, middle + half]
     }
 }
 
@@ -61,37 +64,41 @@ mod tests {
 
     proptest! {
         #[test]
-        fn span_contains_its_range_and_is_wider_by_a_128th_at_most(
+        fn span_contains_its_range_and_is_hardly_wider(
             x in prop::num::f32::NORMAL | prop::num::f32::ZERO,
             y in prop::num::f32::NORMAL | prop::num::f32::ZERO,
+            near in prop::bool::ANY,
         ) {
-            let (x, y) = (x.clamp(-3.0e38, 3.0e38), y.clamp(-3.0e38, 3.0e38));
+            let (x, y) = (x.clamp(-1.0e38, 1.0e38), y.clamp(-1.0e38, 1.0e38));
+            let y = if near { x * (1.0 + y.rem_euclid(1.0) * 1.0e-3) } else { y };
             let (low, high) = (x.min(y), x.max(y));
-            let span = Span::new(low, high);
-            // Differences of these are exact in twice the digits.
-            let below = f64::from(low) - f64::from(span.low());
-            let above = f64::from(span.high()) - f64::from(high);
-            let wider = |end: f32| f64::from(end).abs() / 128.0;
-            prop_assert!(0.0 <= below && below <= wider(low), "{low} became {}", span.low());
-            prop_assert!(0.0 <= above && above <= wider(high), "{high} became {}", span.high());
+            let [middle, half] = Span::new(low, high).parts().map(f64::from);
+            let (low, high) = (f64::from(low), f64::from(high));
+            // The last of a span is the least normal number.
+            let far = (low + high).abs() / 2.0 / 512.0 + (high - low) / 2.0 / 64.0;
+            let far = far * 1.01 + 2.0 * f64::from(f32::MIN_POSITIVE);
+            let (below, above) = (low - (middle - half), middle + half - high);
+            prop_assert!(0.0 <= below && below <= far, "{low} to {high}: {middle} +- {half}");
+            prop_assert!(0.0 <= above && above <= far, "{low} to {high}: {middle} +- {half}");
         }
 
         #[test]
         fn span_of_any_bits_contains_what_is_a_number(low in any::<u32>(), high in any::<u32>()) {
             let (low, high) = (f32::from_bits(low), f32::from_bits(high));
-            let span = Span::new(low, high);
-            prop_assert!(low.is_nan() || span.low() <= low);
-            prop_assert!(high.is_nan() || span.high() >= high);
+            let [middle, half] = Span::new(low, high).parts().map(f64::from);
+            if low <= high || low.is_nan() || high.is_nan() {
+                prop_assert!(low.is_nan() || middle - half <= f64::from(low));
+                prop_assert!(high.is_nan() || f64::from(high) <= middle + half);
+            }
         }
     }
 
     #[test]
-    fn numbers_of_eight_digits_stay_as_they_are() {
-        for n in -255..=255 {
+    fn numbers_of_ten_binary_digits_stay_as_they_are() {
+        for n in -1023..=1023 {
             for scale in [1.0, 1.0 / 1024.0, 4096.0] {
                 let x = n as f32 * scale;
-                let span = Span::new(x, x);
-                assert_eq!((span.low(), span.high()), (x, x));
+                assert_eq!(Span::new(x, x).parts(), [x, 0.0]);
             }
         }
         assert_eq!(Span::new(0.0, 0.0), Span::ZERO);
