@@ -5,9 +5,9 @@
 
 use super::brake::{brake, Grip};
 use super::course::{Course, Motion, PREDICTING};
-use super::profile::View;
+use super::profile::{View, UNIT};
 use crate::interpolator::braking::{
-    BrakeLimits, BrakeStage, STAGES, STAGE_A_FRAC, STAGE_J_FRAC, STAGE_V_FRAC,
+    BrakeLimits, BrakeStage, Braking, STAGES, STAGE_A_FRAC, STAGE_J_FRAC, STAGE_V_FRAC,
 };
 
 /// Shares of the limits that braking is tried with.
@@ -15,6 +15,9 @@ const SHARES: [f32; 8] = [0.999, 0.9, 0.75, 0.6, 0.45, 0.3, 0.2, 0.1];
 
 /// Rounding of a braking distance, relative.
 const ROUNDING: f32 = 2.0e-5;
+
+/// Braking of up to so many ticks is tried tick by tick.
+const SHORT: u32 = 32;
 
 /// Longest phase of braking that is tried, ticks.
 const PHASE_MAX: f32 = 60_000.0;
@@ -68,13 +71,45 @@ impl View<'_> {
         if ticks.iter().any(|&n| !(n <= PHASE_MAX)) {
             return false;
         }
-        let course = Course::slowing(at, 0.0, ticks.map(|n| n as u32), 1.0 / self.hz);
         let last = self.end - 1;
-        let end = course.and_then(|course| self.follow(at, &course, last, PREDICTING));
+        let end = if ticks.iter().sum::<f32>() <= SHORT as f32 {
+            self.halt_in_ticks(at, grip)
+        } else {
+            let course = Course::slowing(at, 0.0, ticks.map(|n| n as u32), 1.0 / self.hz);
+            course.and_then(|course| self.follow(at, &course, last, PREDICTING))
+        };
         // Braking in whole ticks is behind the continuous motion by half a tick of jerk in velocity, at most.
         let time: f32 = halt.time.iter().sum();
         let room = halt.distance * ROUNDING + 0.5 * time * grip.down / (self.hz * self.hz);
         end.is_some_and(|end| end.node < last || end.left >= room)
+    }
+
+    /// The end of braking from `at` within `grip`, done as the interrupt does it: in a few ticks, whole phases would be much gentler.
+    fn halt_in_ticks(&self, at: &Motion, grip: Grip) -> Option<Motion> {
+        let per_tick = UNIT / self.hz;
+        let per_tick2 = per_tick / self.hz;
+        let (mut v, mut d) = ((at.v * per_tick) as i128, (-at.a * per_tick2) as i128);
+        let limits = BrakeLimits {
+            stages: [self.in_units(grip, at.v); STAGES],
+            ..BrakeLimits::default()
+        };
+        let mut braking = Braking::new(&limits, v, d);
+        let mut at = *at;
+        for _ in 0..2 * SHORT {
+            if v <= 0 {
+                return Some(at);
+            }
+            let next = braking.next(v, d);
+            let course = Course {
+                jerk: [(d - next) as f32 * self.hz / per_tick2, 0.0, 0.0],
+                ticks: [1, 0, 0],
+            };
+            at = self.follow(&at, &course, self.end - 1, PREDICTING)?;
+            (v, d) = (v - next, next);
+            // Sums of so few digits would miss the rest.
+            (at.v, at.a) = (v as f32 / per_tick, -(d as f32) / per_tick2);
+        }
+        None
     }
 
     fn in_units(&self, grip: Grip, v: f32) -> BrakeStage {
