@@ -53,6 +53,8 @@ impl Motion {
 /// Jerks over whole ticks.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Course {
+    /// Seconds per tick.
+    pub(super) h: f32,
     /// Path units/s^3.
     pub(super) jerk: [f32; 3],
     /// How long each holds.
@@ -74,6 +76,7 @@ impl Course {
         let (a, v) = (-at.a, (to - at.v) / h - at.a * (n[0] + n[1] + n[2]));
         let per_tick = 1.0 / (h * d);
         Some(Self {
+            h,
             jerk: [
                 (a * z - n[2] * v) * per_tick,
                 0.0,
@@ -99,6 +102,7 @@ impl Course {
     /// The acceleration of `at` let go in `ticks`.
     pub(super) fn release(at: &Motion, ticks: u32, h: f32) -> Self {
         Self {
+            h,
             jerk: [0.0, 0.0, -at.a / (h * ticks as f32)],
             ticks: [0, 0, ticks],
         }
@@ -150,7 +154,7 @@ impl View<'_> {
         last: usize,
         tolerance: Tolerance,
     ) -> Option<Motion> {
-        let h = 1.0 / self.hz;
+        let h = course.h;
         let mut at = *from;
         let mut fastest = from.v;
         let all = Share::ALL.loose(tolerance.a);
@@ -167,7 +171,7 @@ impl View<'_> {
                 let mut speeds = at.speeds(&next, jerk, h);
                 if at.node < last && next.left < 0.0 {
                     // As far as it surely stays inside; over the joint tick by tick.
-                    n = ((at.left * self.hz / speeds[1]) as u32).clamp(1, n);
+                    n = ((at.left / (h * speeds[1])) as u32).clamp(1, n);
                     next = at.after(jerk, n as f32, h);
                     if n > 1 && next.left < 0.0 {
                         n = 1;

@@ -16,11 +16,13 @@ const SHARES: [f32; 8] = [0.999, 0.9, 0.75, 0.6, 0.45, 0.3, 0.2, 0.1];
 /// Rounding of a braking distance, relative.
 const ROUNDING: f32 = 2.0e-5;
 
-/// Braking of up to so many ticks is tried tick by tick.
+/// Braking of up to so many ticks is run tick by tick.
 const SHORT: u32 = 32;
 
-/// Longest phase of braking that is tried, ticks.
-const PHASE_MAX: f32 = 60_000.0;
+/// Longest braking that is tried, ticks.
+const LONGEST: f32 = 60_000.0;
+/// Part of a tick in which longer braking is run.
+const PART: f32 = 0.125;
 
 impl View<'_> {
     /// Limits while `jerk` leads from `before` to the planned state in `ticks`. [`BrakeLimits::waits`] where no braking within one
@@ -67,19 +69,21 @@ impl View<'_> {
             return true;
         }
         let halt = brake(at.v, at.a, 0.0, grip);
-        let ticks = halt.time.map(|t| libm::ceilf(t * self.hz).max(1.0));
-        if ticks.iter().any(|&n| !(n <= PHASE_MAX)) {
+        let time: f32 = halt.time.iter().sum();
+        if !(time * self.hz <= LONGEST) {
             return false;
         }
         let last = self.end - 1;
-        let end = if ticks.iter().sum::<f32>() <= SHORT as f32 {
+        let end = if time * self.hz <= SHORT as f32 {
             self.halt_in_ticks(at, grip)
         } else {
-            let course = Course::slowing(at, 0.0, ticks.map(|n| n as u32), 1.0 / self.hz);
+            // The interrupt keeps to no phases of whole ticks; in whole ones all would be a little gentler.
+            let h = PART / self.hz;
+            let parts = halt.time.map(|t| libm::ceilf(t / h).max(1.0) as u32);
+            let course = Course::slowing(at, 0.0, parts, h);
             course.and_then(|course| self.follow(at, &course, last, PREDICTING))
         };
         // Braking in whole ticks is behind the continuous motion by half a tick of jerk in velocity, at most.
-        let time: f32 = halt.time.iter().sum();
         let room = halt.distance * ROUNDING + 0.5 * time * grip.down / (self.hz * self.hz);
         end.is_some_and(|end| end.node < last || end.left >= room)
     }
@@ -101,6 +105,7 @@ impl View<'_> {
             }
             let next = braking.next(v, d);
             let course = Course {
+                h: 1.0 / self.hz,
                 jerk: [(d - next) as f32 * self.hz / per_tick2, 0.0, 0.0],
                 ticks: [1, 0, 0],
             };

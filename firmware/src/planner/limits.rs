@@ -11,9 +11,9 @@ use crate::interpolator::T_FRAC;
 use crate::units::{sqrt, AxisVec, AXES};
 
 /// Share of an axis' acceleration that curvature may take.
-const CURVATURE_SHARE: f32 = 0.96;
+const CURVATURE_SHARE: f32 = 1.2;
 /// Share of an axis' jerk that changing curvature may take at constant velocity.
-const TORSION_SHARE: f32 = 0.85;
+const TORSION_SHARE: f32 = 1.2;
 /// Share of an axis' jerk that curvature may take in all; the rest is for changing the acceleration.
 const NEUTRAL_SHARE: f32 = 0.9;
 /// Jerk that is always counted on, share of what there is at standstill.
@@ -23,13 +23,13 @@ const PIECE_JERK: f32 = 1.0 / (1_u64 << (T_FRAC - 62)) as f32;
 /// Slope below which an axis does not count as moving along, axis units per path unit.
 const LEAST_SLOPE: f32 = 1.0e-6;
 /// Share of an axis' jerk that passing a joint may take.
-const JOINT_SHARE: f32 = 0.8;
+const JOINT_SHARE: f32 = 0.95;
 /// What ranges of derivatives are wider than the derivatives, at most ([`Span`]).
 const WIDER: f32 = 1.0 + 1.0 / 60.0;
 /// Halvings of the range in which the velocity over a joint is looked for.
 const JOINT_HALVINGS: u32 = 12;
 /// Share of an axis' acceleration that passing a joint may take where jerk is not limited.
-const JOINT_ACCELERATION: f32 = 0.5;
+const JOINT_ACCELERATION: f32 = 0.9;
 /// Turn of the tangent from which on a joint is a corner, rad (6 degrees).
 const CORNER: f32 = 0.1;
 /// A step in the second derivative falls between two ticks; the third difference sees at most this share of it at once
@@ -297,7 +297,7 @@ impl Taken {
         let [fixed, linear, square] = self.j;
         let taken = fixed + v * (linear + v * square);
         Share {
-            a: 1.0 - (self.a * v).min(0.5),
+            a: 1.0 - (self.a * v).min(JOINT_ACCELERATION),
             j: 1.0 - taken.min(JOINT_SHARE),
         }
     }

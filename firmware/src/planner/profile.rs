@@ -33,7 +33,7 @@ const HALVINGS: u32 = 6;
 const CREEPS: u32 = 14;
 
 /// Share of the limits that a landing takes at least: one that is taken early brakes too gently.
-const GENTLE: f32 = 0.85;
+const GENTLE: f32 = 0.92;
 
 /// The same where nothing is better: there the motion is to stop, and exactly there.
 const LATE: f32 = 0.6;
@@ -212,6 +212,7 @@ impl View<'_> {
         let time = ticks as f32 / self.hz;
         let after = |jerk: f32, ticks: u32| {
             let course = Course {
+                h: 1.0 / self.hz,
                 jerk: [jerk, 0.0, 0.0],
                 ticks: [ticks, 0, 0],
             };
@@ -382,6 +383,7 @@ impl View<'_> {
     /// `phases` as a course.
     pub(super) fn course(&self, phases: &Phases) -> Course {
         Course {
+            h: 1.0 / self.hz,
             jerk: phases.map(|(jerk, _)| self.jerk_of(jerk)),
             ticks: phases.map(|(_, ticks)| ticks),
         }
