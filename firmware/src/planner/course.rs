@@ -126,6 +126,8 @@ const ROUNDING: f32 = 3.0e-7;
 pub(super) struct Tolerance {
     v: f32,
     a: f32,
+    /// Of what a joint leaves.
+    left: f32,
     /// Velocity backwards, of that at the beginning.
     back: f32,
 }
@@ -134,13 +136,21 @@ pub(super) struct Tolerance {
 pub(super) const PREDICTING: Tolerance = Tolerance {
     v: 1.000_004,
     a: 1.001,
+    left: 1.001,
     back: 1.0e-5,
+};
+
+/// For braking that may begin at any tick, of which only some are tried: where it meets a joint is known less well.
+pub(super) const BRAKING: Tolerance = Tolerance {
+    left: 0.97,
+    ..PREDICTING
 };
 
 /// For what has come: a little more, for the rounding of the prediction.
 pub(super) const TAKING: Tolerance = Tolerance {
     v: 1.000_008,
     a: 1.0015,
+    left: 1.0015,
     back: 2.0e-5,
 };
 
@@ -193,7 +203,7 @@ impl View<'_> {
                 let ends = n > 1 || remaining == 0 || (next.node < last && next.left < 0.0);
                 let over = next.node < last && next.left < 0.0;
                 let share = if over {
-                    node.exit_taken.left(v).loose(tolerance.a)
+                    node.exit_taken.left(v).loose(tolerance.left)
                 } else {
                     all
                 };
@@ -214,7 +224,7 @@ impl View<'_> {
                     next.left += inside.length;
                     if stop
                         || v > exit.min(inside.limits.v) * tolerance.v + rounded
-                        || !keeps(&next, share.loose(tolerance.a))
+                        || !keeps(&next, share.loose(tolerance.left))
                     {
                         return None;
                     }
@@ -249,7 +259,7 @@ impl View<'_> {
                 .get(joint)
                 .exit_taken
                 .left(at.v)
-                .loose(tolerance.a);
+                .loose(tolerance.left);
             let v = at.v.clamp(0.0, self.nodes.get(index).limits.v);
             self.keeps(index, [v, at.a, jerk], share)
         };

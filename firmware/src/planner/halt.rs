@@ -4,7 +4,7 @@
 //! from its ends and its middle. Shares of what is allowed there are tried, the largest first, by running the way to rest.
 
 use super::brake::{brake, Grip};
-use super::course::{Course, Motion, PREDICTING};
+use super::course::{Course, Motion, BRAKING};
 use super::profile::{View, UNIT};
 use crate::interpolator::braking::{
     BrakeLimits, BrakeStage, Braking, STAGES, STAGE_A_FRAC, STAGE_J_FRAC, STAGE_V_FRAC,
@@ -81,7 +81,7 @@ impl View<'_> {
             let h = PART / self.hz;
             let parts = halt.time.map(|t| libm::ceilf(t / h).max(1.0) as u32);
             let course = Course::slowing(at, 0.0, parts, h);
-            course.and_then(|course| self.follow(at, &course, last, PREDICTING))
+            course.and_then(|course| self.follow(at, &course, last, BRAKING))
         };
         // Braking in whole ticks is behind the continuous motion by half a tick of jerk in velocity, at most.
         let room = halt.distance * ROUNDING + 0.5 * time * grip.down / (self.hz * self.hz);
@@ -109,7 +109,7 @@ impl View<'_> {
                 jerk: [(d - next) as f32 * self.hz / per_tick2, 0.0, 0.0],
                 ticks: [1, 0, 0],
             };
-            at = self.follow(&at, &course, self.end - 1, PREDICTING)?;
+            at = self.follow(&at, &course, self.end - 1, BRAKING)?;
             (v, d) = (v - next, next);
             // Sums of so few digits would miss the rest.
             (at.v, at.a) = (v as f32 / per_tick, -(d as f32) / per_tick2);
