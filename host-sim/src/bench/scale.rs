@@ -9,17 +9,14 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use pentaspline::machine::Sample;
-use pentaspline::stepgen::StepFrame;
 use pentaspline::units::Tick;
 
 use super::report::{Group, Report};
 use super::{vectors, BenchError};
 use crate::feeder::Line;
 use crate::machine_file::Machine;
-use crate::runner::{self, End, Observer, Options};
-use crate::summary::SummaryBuilder;
-use crate::travel::TravelWatch;
+use crate::runner::{self, End, Options};
+use crate::watch::Watch;
 
 /// Lengths in blocks, as they are called in keys, and runs of which the fastest counts.
 const LENGTHS: [(u32, &str, u32); 4] = [
@@ -83,20 +80,6 @@ fn processor_ns() -> io::Result<f64> {
     ns.ok_or_else(|| io::Error::other("/proc/thread-self/schedstat has no time"))
 }
 
-/// Looks as `check` does.
-struct Watch {
-    summary: SummaryBuilder,
-    travel: TravelWatch,
-}
-
-impl Observer for Watch {
-    fn tick(&mut self, tick: Tick, sample: &Sample, _: &StepFrame) -> io::Result<()> {
-        self.summary.tick(sample);
-        self.travel.tick(tick, sample.block, &sample.commanded);
-        Ok(())
-    }
-}
-
 /// Runs [`vectors::long`] of `blocks` blocks, each line made when it is sent.
 ///
 /// # Errors
@@ -108,10 +91,7 @@ pub fn stream(blocks: u32) -> Result<(), BenchError> {
         events: Vec::new(),
         max_ticks: MAX_TICKS,
     };
-    let mut watch = Watch {
-        summary: SummaryBuilder::new(&machine, &Sample::default()),
-        travel: TravelWatch::new(&machine),
-    };
+    let mut watch = Watch::new(&machine);
     let lines = vectors::long(blocks).map(|line| Line::Owned(line.into_bytes()));
     match runner::run_lines(lines, &machine, &options, &mut watch)?.end {
         End::Finished => Ok(()),
