@@ -45,6 +45,13 @@ pub trait Observer {
     }
 }
 
+/// Looks at nothing.
+impl Observer for () {
+    fn tick(&mut self, _: Tick, _: &Sample, _: &StepFrame) -> io::Result<()> {
+        Ok(())
+    }
+}
+
 /// How a run ended.
 #[derive(Clone, Debug, PartialEq)]
 pub enum End {
