@@ -5,11 +5,12 @@
 //! `tests/tests/linear_cost.rs`.
 
 use std::fs;
-use std::io;
-use std::path::{Path, PathBuf};
+use std::io::{self, Write};
+use std::path::Path;
 use std::process::{Command, Stdio};
 
 use pentaspline::units::Tick;
+use tempfile::NamedTempFile;
 
 use super::report::{Group, Report};
 use super::{vectors, BenchError};
@@ -103,28 +104,15 @@ pub fn stream(blocks: u32) -> Result<(), BenchError> {
 }
 
 /// A program in the folder for temporary files, gone with its owner.
-struct Temporary(PathBuf);
-
-impl Temporary {
-    fn new(name: &str, lines: impl Iterator<Item = String>) -> io::Result<Self> {
-        use io::Write;
-        let name = format!("pentaspline-{}-{name}.mpf", std::process::id());
-        let path = std::env::temp_dir().join(name);
-        let mut file = io::BufWriter::new(fs::File::create(&path)?);
-        let this = Self(path);
-        for line in lines {
-            writeln!(file, "{line}")?;
-        }
-        file.flush()?;
-        Ok(this)
+fn temporary(lines: impl Iterator<Item = String>) -> io::Result<NamedTempFile> {
+    let program = NamedTempFile::with_suffix(".mpf")?;
+    let mut file = io::BufWriter::new(&program);
+    for line in lines {
+        writeln!(file, "{line}")?;
     }
-}
-
-impl Drop for Temporary {
-    fn drop(&mut self) {
-        // What cannot be removed stays where such files are removed anyway.
-        let _ = fs::remove_file(&self.0);
-    }
+    file.flush()?;
+    drop(file);
+    Ok(program)
 }
 
 /// Runs this program with `arguments`; the fastest of `runs` counts.
@@ -163,11 +151,11 @@ pub fn measure(progress: &mut dyn FnMut(&str), report: &mut Report) -> Result<()
     let mut rows = Vec::new();
     for (blocks, name, runs) in LENGTHS {
         progress(&format!("{name} blocks"));
-        let program = Temporary::new(name, vectors::long(blocks))?;
+        let program = temporary(vectors::long(blocks))?;
         rows.push((
             blocks,
             name,
-            through_check(&program.0, runs)?,
+            through_check(program.path(), runs)?,
             streamed(blocks)?,
         ));
     }
