@@ -44,7 +44,7 @@ pub fn speed(machine: &Machine, text: &str) -> Result<Speed, BenchError> {
     })
 }
 
-fn run(machine: &Machine, text: &str, observer: &mut dyn Observer) -> Result<Tick, BenchError> {
+fn run(machine: &Machine, text: &str, observer: &mut impl Observer) -> Result<Tick, BenchError> {
     let refused = || BenchError::Refused {
         errors: 1,
         first_line: text.lines().next().unwrap_or_default().to_owned(),
