@@ -306,7 +306,7 @@ mod tests {
         let mut got = Vec::new();
         while let Some(piece) = feeder.offer(10) {
             assert!(piece.len() <= 10);
-            got.extend(piece);
+            got.extend_from_slice(piece);
         }
         assert_eq!(got, format!(";{long}\n").into_bytes());
         say(&mut feeder, "error:11\n");
@@ -331,7 +331,7 @@ mod tests {
                 let (free, take) = turns.next().expect("no progress");
                 // A controller that answers a line when it takes it out of its buffer.
                 if let Some(piece) = feeder.offer(free.min(capacity - waiting.len())) {
-                    waiting.extend(piece);
+                    waiting.extend_from_slice(piece);
                     prop_assert!(waiting.len() <= capacity);
                 }
                 if take && !waiting.is_empty() {

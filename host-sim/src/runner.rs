@@ -252,7 +252,10 @@ pub fn run_lines<'p>(
         if sample.block != 0 {
             progress.last_block = sample.block;
         }
-        clock.tick(sample.moving, controller.standing(), events.peek().copied());
+        // Only a row that is still to come reads the clock.
+        if let Some(next) = events.peek().copied() {
+            clock.tick(sample.moving, controller.standing(), Some(next));
+        }
         tick += 1;
     };
     Ok(Outcome {

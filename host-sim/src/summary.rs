@@ -136,10 +136,7 @@ impl AxisState {
         let jerk = difference(acceleration, self.differences[1]);
         self.differences = [velocity, acceleration];
         for (peak, value) in self.peaks.iter_mut().zip([velocity, acceleration, jerk]) {
-            // A branch that is hardly ever taken is cheaper than a maximum that is always stored.
-            if value.unsigned_abs() > *peak {
-                *peak = value.unsigned_abs();
-            }
+            *peak = (*peak).max(value.unsigned_abs());
         }
     }
 

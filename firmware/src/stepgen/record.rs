@@ -73,8 +73,8 @@ impl Default for FrameDigest {
 }
 
 impl FrameDigest {
-    /// Takes the next frame in.
-    #[inline]
+    /// Takes the next frame in. A call of its own, which has registers for all of it.
+    #[inline(never)]
     pub fn update(&mut self, frame: &StepFrame) {
         let mask = |(a, axis): (usize, &AxisSteps)| u8::from(axis.count != 0) << a;
         self.take([frame.axes.iter().enumerate().map(mask).sum()]);
