@@ -35,6 +35,30 @@ pub fn sqrt(x: f32) -> f32 {
     libm::sqrtf(x)
 }
 
+/// The smaller of two numbers; `a` if they are equal or one of them is NaN.
+///
+/// `f32::min` passes NaN over, which makes it a call on a core whose FPU has no instruction for that.
+#[inline(always)]
+#[must_use]
+pub fn smaller(a: f32, b: f32) -> f32 {
+    if b < a {
+        b
+    } else {
+        a
+    }
+}
+
+/// The larger of two numbers, the twin of [`smaller`].
+#[inline(always)]
+#[must_use]
+pub fn larger(a: f32, b: f32) -> f32 {
+    if b > a {
+        b
+    } else {
+        a
+    }
+}
+
 /// Commanded position of one axis as the servo interrupt keeps it: steps modulo 2^14 in Q14.50, half a step added.
 ///
 /// The half makes the whole part the number of steps emitted, modulo 2^14. Neighbouring ticks lie closer together than

@@ -57,6 +57,8 @@ pub struct Feeder<'p> {
     bytes_in_flight: usize,
     answered: usize,
     stopped: bool,
+    /// What was offered last.
+    piece: Vec<u8>,
     reply: Vec<u8>,
     place: Option<(usize, usize, String)>,
 }
@@ -90,6 +92,7 @@ impl<'p> Feeder<'p> {
             bytes_in_flight: 0,
             answered: 0,
             stopped: false,
+            piece: Vec::new(),
             reply: Vec::new(),
             place: None,
         }
@@ -98,28 +101,39 @@ impl<'p> Feeder<'p> {
     /// Bytes to send now, at most `free`: the next whole line if it fits, else nothing.
     ///
     /// A line longer than the whole buffer goes in pieces, alone, so that the controller can refuse it.
-    pub fn offer(&mut self, free: usize) -> Option<Vec<u8>> {
-        if self.stopped {
-            return None;
-        }
-        let line = self.next.as_ref()?;
-        let whole = line.len() + 1;
-        let (from, len) = if self.sent_of_next == 0 && whole <= self.capacity {
+    #[inline]
+    pub fn offer(&mut self, free: usize) -> Option<&[u8]> {
+        let whole = match &self.next {
+            Some(line) if !self.stopped => line.len() + 1,
+            _ => return None,
+        };
+        // Asked after every call of the background, and nearly always this is all that is done.
+        let len = if self.sent_of_next == 0 && whole <= self.capacity {
             if whole > free || self.bytes_in_flight + whole > self.capacity {
                 return None;
             }
-            (0, whole)
+            whole
         } else {
             if !self.in_flight.is_empty() || free == 0 {
                 return None;
             }
-            (self.sent_of_next, free.min(whole - self.sent_of_next))
+            free.min(whole - self.sent_of_next)
         };
+        self.send(len)
+    }
+
+    /// Sends `len` bytes of the next line, its line end counted.
+    #[inline(never)]
+    fn send(&mut self, len: usize) -> Option<&[u8]> {
+        let line = self.next.as_ref()?;
+        let whole = line.len() + 1;
+        let from = self.sent_of_next;
         let end = from + len;
-        let mut piece = Vec::with_capacity(len);
-        piece.extend_from_slice(&line[from..end.min(line.len())]);
+        self.piece.clear();
+        self.piece
+            .extend_from_slice(&line[from..end.min(line.len())]);
         if end == whole {
-            piece.push(b'\n');
+            self.piece.push(b'\n');
         }
         self.sent_of_next = end;
         if self.sent_of_next == whole {
@@ -128,7 +142,7 @@ impl<'p> Feeder<'p> {
             self.next = self.lines.next();
             self.sent_of_next = 0;
         }
-        Some(piece)
+        Some(&self.piece)
     }
 
     /// Takes one transmitted byte in; returns a reply when its line is complete.
@@ -292,7 +306,7 @@ mod tests {
         let mut got = Vec::new();
         while let Some(piece) = feeder.offer(10) {
             assert!(piece.len() <= 10);
-            got.extend(piece);
+            got.extend_from_slice(piece);
         }
         assert_eq!(got, format!(";{long}\n").into_bytes());
         say(&mut feeder, "error:11\n");
@@ -317,7 +331,7 @@ mod tests {
                 let (free, take) = turns.next().expect("no progress");
                 // A controller that answers a line when it takes it out of its buffer.
                 if let Some(piece) = feeder.offer(free.min(capacity - waiting.len())) {
-                    waiting.extend(piece);
+                    waiting.extend_from_slice(piece);
                     prop_assert!(waiting.len() <= capacity);
                 }
                 if take && !waiting.is_empty() {

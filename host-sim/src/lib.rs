@@ -27,3 +27,4 @@ pub mod study;
 pub mod summary;
 pub mod trace;
 pub mod travel;
+pub mod watch;

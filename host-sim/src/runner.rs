@@ -45,6 +45,13 @@ pub trait Observer {
     }
 }
 
+/// Looks at nothing.
+impl Observer for () {
+    fn tick(&mut self, _: Tick, _: &Sample, _: &StepFrame) -> io::Result<()> {
+        Ok(())
+    }
+}
+
 /// How a run ended.
 #[derive(Clone, Debug, PartialEq)]
 pub enum End {
@@ -119,7 +126,7 @@ pub fn run(
     program: &Program,
     machine: &Machine,
     options: &Options,
-    observer: &mut dyn Observer,
+    observer: &mut (impl Observer + ?Sized),
 ) -> io::Result<Outcome> {
     let lines = program.lines().map(Line::Borrowed);
     run_lines(lines, machine, options, observer)
@@ -133,7 +140,7 @@ pub fn run_lines<'p>(
     lines: impl Iterator<Item = Line<'p>> + 'p,
     machine: &Machine,
     options: &Options,
-    observer: &mut dyn Observer,
+    observer: &mut (impl Observer + ?Sized),
 ) -> io::Result<Outcome> {
     let config = machine.config;
     let mut core = Box::new(Core::new());
@@ -150,6 +157,7 @@ pub fn run_lines<'p>(
     // After an error the machine is at rest only if nothing that waits for more text can still begin to move.
     let settle = config.starve_ticks.saturating_add(config.servo_hz / 100);
     let patience = (config.servo_hz / 10).max(1);
+    let still = StepFrame::default();
     let mut tick: Tick = 0;
 
     let end = loop {
@@ -215,8 +223,8 @@ pub fn run_lines<'p>(
                 break end;
             }
         }
-        if controller.state() == State::Hold
-            && progress.resting >= patience
+        if progress.resting >= patience
+            && controller.state() == State::Hold
             && events.peek().is_none()
         {
             let waiting = End::Waiting {
@@ -230,12 +238,12 @@ pub fn run_lines<'p>(
         }
 
         servo.tick();
-        let frame = servo.frame().copied().unwrap_or_default();
+        let frame = servo.frame().unwrap_or(&still);
         let sample = servo.sample();
         if sample.moving {
-            digest.update(&frame);
+            digest.update(frame);
         }
-        observer.tick(tick, &sample, &frame)?;
+        observer.tick(tick, &sample, frame)?;
         progress.resting = if sample.moving {
             0
         } else {
@@ -244,7 +252,10 @@ pub fn run_lines<'p>(
         if sample.block != 0 {
             progress.last_block = sample.block;
         }
-        clock.tick(sample.moving, controller.standing(), events.peek().copied());
+        // Only a row that is still to come reads the clock.
+        if let Some(next) = events.peek().copied() {
+            clock.tick(sample.moving, controller.standing(), Some(next));
+        }
         tick += 1;
     };
     Ok(Outcome {

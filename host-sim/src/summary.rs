@@ -130,14 +130,46 @@ struct AxisState {
 }
 
 impl AxisState {
+    #[inline]
     fn push(&mut self, velocity: i64) {
-        let acceleration = velocity.saturating_sub(self.differences[0]);
-        let jerk = acceleration.saturating_sub(self.differences[1]);
+        let acceleration = difference(velocity, self.differences[0]);
+        let jerk = difference(acceleration, self.differences[1]);
         self.differences = [velocity, acceleration];
         for (peak, value) in self.peaks.iter_mut().zip([velocity, acceleration, jerk]) {
             *peak = (*peak).max(value.unsigned_abs());
         }
     }
+
+    /// At rest for three ticks: another tick at rest changes nothing.
+    #[inline]
+    fn rests(&self) -> bool {
+        self.differences == [0; 2]
+    }
+}
+
+/// `a - b`, saturated; the two lie close to each other unless something is badly wrong.
+#[inline]
+fn difference(a: i64, b: i64) -> i64 {
+    #[cold]
+    fn bound(b: i64) -> i64 {
+        if b < 0 {
+            i64::MAX
+        } else {
+            i64::MIN
+        }
+    }
+    match a.checked_sub(b) {
+        Some(difference) => difference,
+        None => bound(b),
+    }
+}
+
+/// Square of what rounding to steps costs `axis`, `unit` being the units per bit.
+#[inline]
+fn rounding(sample: &Sample, axis: usize, unit: f64) -> f64 {
+    let emitted = i64::from(sample.emitted[axis]) << 32;
+    let off = difference(sample.commanded[axis].to_bits(), emitted) as f64 * unit;
+    off * off
 }
 
 /// Collects a [`Summary`] tick by tick.
@@ -149,6 +181,9 @@ pub struct SummaryBuilder {
     unit: [f64; AXES],
     axes: [AxisState; AXES],
     last: Sample,
+    /// Square of what rounding to steps costs per axis now, and the largest sum of them, mm^2.
+    rounding: [f64; AXES],
+    worst_rounding: f64,
     ticks: Tick,
     blocks: u64,
     block: u32,
@@ -162,15 +197,25 @@ impl SummaryBuilder {
     /// Starts at `initial`, the state before the first tick.
     #[must_use]
     pub fn new(machine: &Machine, initial: &Sample) -> Self {
+        let linear = machine
+            .config
+            .axes
+            .map(|axis| axis.kind == AxisKind::Linear);
+        let unit = std::array::from_fn(|a| 1.0 / (4_294_967_296.0 * machine.steps_per_unit(a)));
         Self {
             servo_hz: f64::from(machine.config.servo_hz),
-            linear: machine
-                .config
-                .axes
-                .map(|axis| axis.kind == AxisKind::Linear),
-            unit: std::array::from_fn(|a| 1.0 / (4_294_967_296.0 * machine.steps_per_unit(a))),
+            linear,
+            unit,
             axes: [AxisState::default(); AXES],
             last: *initial,
+            rounding: std::array::from_fn(|a| {
+                if linear[a] {
+                    rounding(initial, a, unit[a])
+                } else {
+                    0.0
+                }
+            }),
+            worst_rounding: 0.0,
             ticks: 0,
             blocks: 0,
             block: 0,
@@ -187,31 +232,28 @@ impl SummaryBuilder {
             self.blocks += u64::from(sample.block != 0);
             self.block = sample.block;
         }
-        let (mut linear, mut rotary, mut off) = (0.0, 0.0, 0.0);
+        let (mut linear, mut rotary) = (0.0, 0.0);
         for (a, axis) in self.axes.iter_mut().enumerate() {
             let now = sample.commanded[a].to_bits();
-            let moved = now.saturating_sub(self.last.commanded[a].to_bits());
+            let moved = difference(now, self.last.commanded[a].to_bits());
+            let stepped = sample.emitted[a] != self.last.emitted[a];
+            if moved == 0 && !stepped && axis.rests() {
+                continue;
+            }
             axis.push(moved);
             let distance = moved as f64 * self.unit[a];
-            let rounding = now.saturating_sub(i64::from(sample.emitted[a]) << 32);
-            let rounding = rounding as f64 * self.unit[a];
             if self.linear[a] {
                 linear += distance * distance;
-                off += rounding * rounding;
+                self.rounding[a] = rounding(sample, a, self.unit[a]);
             } else {
                 rotary += distance * distance;
             }
         }
-        self.path.length_mm += linear.sqrt();
-        self.path.max_deviation_mm = self.path.max_deviation_mm.max(off.sqrt());
-        self.feed(
-            sample,
-            if linear > 0.0 {
-                linear.sqrt()
-            } else {
-                rotary.sqrt()
-            },
-        );
+        let off = self.rounding.iter().sum();
+        self.worst_rounding = self.worst_rounding.max(off);
+        let way = linear.sqrt();
+        self.path.length_mm += way;
+        self.feed(sample, if linear > 0.0 { way } else { rotary.sqrt() });
         self.last = *sample;
     }
 
@@ -237,6 +279,7 @@ impl SummaryBuilder {
     /// Closes the books: the machine rests from here on.
     #[must_use]
     pub fn finish(mut self, machine: &Machine, program: &str, digest: u64) -> Summary {
+        self.path.max_deviation_mm = self.worst_rounding.sqrt();
         for axis in &mut self.axes {
             for _ in 0..3 {
                 axis.push(0);

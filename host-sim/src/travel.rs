@@ -4,7 +4,7 @@
 
 use std::fmt;
 
-use pentaspline::units::{Position, Tick, AXES};
+use pentaspline::units::{Position, Steps, Tick, AXES};
 use serde::Serialize;
 
 use crate::machine_file::Machine;
@@ -54,6 +54,7 @@ pub struct TravelWatch {
     names: [String; AXES],
     /// Index of the violation an axis is in.
     open: [Option<usize>; AXES],
+    any_open: bool,
     found: Vec<Violation>,
     left_out: usize,
 }
@@ -87,13 +88,31 @@ impl TravelWatch {
             }),
             names: std::array::from_fn(|a| machine.axis_name(a).to_string()),
             open: [None; AXES],
+            any_open: false,
             found: Vec::new(),
             left_out: 0,
         }
     }
 
     /// Takes the next tick in.
+    #[inline]
     pub fn tick(&mut self, tick: Tick, block: u32, commanded: &Position) {
+        let outside = |(position, &[(low, _), (high, _)]): (&Steps, &[(i64, f64); 2])| {
+            let bits = position.to_bits();
+            (bits < low) | (bits > high)
+        };
+        // Nearly always there is nothing to look at closely; no branch per axis then.
+        let axes = commanded.iter().zip(&self.limits);
+        if axes.fold(self.any_open, |any, axis| any | outside(axis)) {
+            self.look(tick, block, commanded);
+        }
+    }
+
+    /// Takes in a tick with an axis outside, or with one that has just come back.
+    #[cold]
+    #[inline(never)]
+    fn look(&mut self, tick: Tick, block: u32, commanded: &Position) {
+        self.any_open = false;
         for (a, position) in commanded.iter().enumerate() {
             let bits = position.to_bits();
             let [(low, low_units), (high, high_units)] = self.limits[a];
@@ -105,6 +124,7 @@ impl TravelWatch {
                 self.open[a] = None;
                 continue;
             };
+            self.any_open = true;
             let reached = bits as f64 * self.units_per_bit[a];
             match self.open[a] {
                 Some(index) => {

@@ -5,14 +5,11 @@
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
-use std::io;
 
 use host_sim::bench::vectors::long;
 use host_sim::feeder::Line;
 use host_sim::machine_file::Machine;
-use host_sim::runner::{run_lines, End, Observer, Options};
-use pentaspline::machine::Sample;
-use pentaspline::stepgen::StepFrame;
+use host_sim::runner::{run_lines, End, Options};
 use pentaspline::units::Tick;
 
 thread_local! {
@@ -50,14 +47,6 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
 
-struct Blind;
-
-impl Observer for Blind {
-    fn tick(&mut self, _: Tick, _: &Sample, _: &StepFrame) -> io::Result<()> {
-        Ok(())
-    }
-}
-
 /// What a program of so many blocks takes.
 #[derive(Debug)]
 struct Cost {
@@ -79,7 +68,7 @@ fn cost(machine: &Machine, blocks: u32) -> Cost {
         held
     });
     let lines = long(blocks).map(|line| Line::Owned(line.into_bytes()));
-    let outcome = run_lines(lines, machine, &options, &mut Blind).expect("nothing is written");
+    let outcome = run_lines(lines, machine, &options, &mut ()).expect("nothing is written");
     assert_eq!(outcome.end, End::Finished);
     Cost {
         blocks: f64::from(blocks),

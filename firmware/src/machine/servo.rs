@@ -442,10 +442,11 @@ impl<'a> Servo<'a> {
     }
 
     /// What the last tick did.
+    #[inline]
     #[must_use]
     pub fn sample(&self) -> Sample {
-        // Rounded to nearest: what is left of v at rest is none.
-        let feed = ((self.motion.v.get() >> (T_FRAC - FEED_FRAC - 1)) + 1) >> 1;
+        // Rounded to nearest: what is left of v at rest is none. Of 96 bits, 55 are left.
+        let feed = ((self.motion.v.get() >> (T_FRAC - FEED_FRAC - 1)) as i64 + 1) >> 1;
         Sample {
             commanded: self.steps.position().map(Steps::from_bits),
             emitted: *self.steps.emitted(),

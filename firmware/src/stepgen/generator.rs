@@ -52,6 +52,7 @@ impl StepGenerator {
     }
 
     /// Last position taken, Q32.32 steps; what a phase holds beyond that is cut off.
+    #[inline]
     #[must_use]
     pub fn position(&self) -> [i64; AXES] {
         core::array::from_fn(|a| {

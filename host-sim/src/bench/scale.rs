@@ -5,21 +5,19 @@
 //! `tests/tests/linear_cost.rs`.
 
 use std::fs;
-use std::io;
-use std::path::{Path, PathBuf};
+use std::io::{self, Write};
+use std::path::Path;
 use std::process::{Command, Stdio};
 
-use pentaspline::machine::Sample;
-use pentaspline::stepgen::StepFrame;
 use pentaspline::units::Tick;
+use tempfile::NamedTempFile;
 
 use super::report::{Group, Report};
 use super::{vectors, BenchError};
 use crate::feeder::Line;
 use crate::machine_file::Machine;
-use crate::runner::{self, End, Observer, Options};
-use crate::summary::SummaryBuilder;
-use crate::travel::TravelWatch;
+use crate::runner::{self, End, Options};
+use crate::watch::Watch;
 
 /// Lengths in blocks, as they are called in keys, and runs of which the fastest counts.
 const LENGTHS: [(u32, &str, u32); 4] = [
@@ -83,20 +81,6 @@ fn processor_ns() -> io::Result<f64> {
     ns.ok_or_else(|| io::Error::other("/proc/thread-self/schedstat has no time"))
 }
 
-/// Looks as `check` does.
-struct Watch {
-    summary: SummaryBuilder,
-    travel: TravelWatch,
-}
-
-impl Observer for Watch {
-    fn tick(&mut self, tick: Tick, sample: &Sample, _: &StepFrame) -> io::Result<()> {
-        self.summary.tick(sample);
-        self.travel.tick(tick, sample.block, &sample.commanded);
-        Ok(())
-    }
-}
-
 /// Runs [`vectors::long`] of `blocks` blocks, each line made when it is sent.
 ///
 /// # Errors
@@ -108,10 +92,7 @@ pub fn stream(blocks: u32) -> Result<(), BenchError> {
         events: Vec::new(),
         max_ticks: MAX_TICKS,
     };
-    let mut watch = Watch {
-        summary: SummaryBuilder::new(&machine, &Sample::default()),
-        travel: TravelWatch::new(&machine),
-    };
+    let mut watch = Watch::new(&machine);
     let lines = vectors::long(blocks).map(|line| Line::Owned(line.into_bytes()));
     match runner::run_lines(lines, &machine, &options, &mut watch)?.end {
         End::Finished => Ok(()),
@@ -123,28 +104,15 @@ pub fn stream(blocks: u32) -> Result<(), BenchError> {
 }
 
 /// A program in the folder for temporary files, gone with its owner.
-struct Temporary(PathBuf);
-
-impl Temporary {
-    fn new(name: &str, lines: impl Iterator<Item = String>) -> io::Result<Self> {
-        use io::Write;
-        let name = format!("pentaspline-{}-{name}.mpf", std::process::id());
-        let path = std::env::temp_dir().join(name);
-        let mut file = io::BufWriter::new(fs::File::create(&path)?);
-        let this = Self(path);
-        for line in lines {
-            writeln!(file, "{line}")?;
-        }
-        file.flush()?;
-        Ok(this)
+fn temporary(lines: impl Iterator<Item = String>) -> io::Result<NamedTempFile> {
+    let program = NamedTempFile::with_suffix(".mpf")?;
+    let mut file = io::BufWriter::new(&program);
+    for line in lines {
+        writeln!(file, "{line}")?;
     }
-}
-
-impl Drop for Temporary {
-    fn drop(&mut self) {
-        // What cannot be removed stays where such files are removed anyway.
-        let _ = fs::remove_file(&self.0);
-    }
+    file.flush()?;
+    drop(file);
+    Ok(program)
 }
 
 /// Runs this program with `arguments`; the fastest of `runs` counts.
@@ -183,11 +151,11 @@ pub fn measure(progress: &mut dyn FnMut(&str), report: &mut Report) -> Result<()
     let mut rows = Vec::new();
     for (blocks, name, runs) in LENGTHS {
         progress(&format!("{name} blocks"));
-        let program = Temporary::new(name, vectors::long(blocks))?;
+        let program = temporary(vectors::long(blocks))?;
         rows.push((
             blocks,
             name,
-            through_check(&program.0, runs)?,
+            through_check(program.path(), runs)?,
             streamed(blocks)?,
         ));
     }

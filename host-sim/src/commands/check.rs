@@ -13,20 +13,16 @@ use crate::diagnostics::{Exit, Failure, Located};
 use crate::machine_file::Machine;
 use crate::program::Program;
 use crate::runner::{self, Observer, Options};
-use crate::summary::SummaryBuilder;
-use crate::travel::TravelWatch;
+use crate::watch::Watch;
 
-struct Watch {
-    summary: SummaryBuilder,
-    travel: TravelWatch,
+struct WithBar {
+    watch: Watch,
     bar: ProgressBar,
 }
 
-impl Observer for Watch {
-    fn tick(&mut self, tick: Tick, sample: &Sample, _frame: &StepFrame) -> io::Result<()> {
-        self.summary.tick(sample);
-        self.travel.tick(tick, sample.block, &sample.commanded);
-        Ok(())
+impl Observer for WithBar {
+    fn tick(&mut self, tick: Tick, sample: &Sample, frame: &StepFrame) -> io::Result<()> {
+        self.watch.tick(tick, sample, frame)
     }
 
     fn progress(&mut self, lines: usize) {
@@ -49,19 +45,16 @@ pub fn check(args: &CheckArgs) -> Result<Exit, Failure> {
         events: Vec::new(),
         max_ticks,
     };
-    let mut watch = Watch {
-        summary: SummaryBuilder::new(&machine, &Sample::default()),
-        travel: TravelWatch::new(&machine),
+    let mut observer = WithBar {
+        watch: Watch::new(&machine),
         bar: progress_bar(program.len()),
     };
-    let outcome = runner::run(&program, &machine, &options, &mut watch)
+    let outcome = runner::run(&program, &machine, &options, &mut observer)
         .map_err(|e| Failure::new(Exit::Io, Located::new(e.to_string())))?;
-    watch.bar.finish_and_clear();
+    observer.bar.finish_and_clear();
 
-    let mut summary = watch
-        .summary
-        .finish(&machine, program.name(), outcome.digest);
-    summary.take_violations(watch.travel);
+    let watch = observer.watch;
+    let mut summary = watch.finish(&machine, program.name(), outcome.digest);
     let failure = conclude(&program, &machine, &outcome, &mut summary);
     summary.warnings.extend(
         summary.limit_warnings(machine.config.default_soft && always_jerk_limited(&program)),

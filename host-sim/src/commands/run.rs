@@ -19,15 +19,14 @@ use crate::precheck;
 use crate::program::Program;
 use crate::report::{self, AxisInfo, ReportData, TickRecord};
 use crate::runner::{self, Observer, Options, Outcome};
-use crate::summary::{PlantSummary, Summary, SummaryBuilder};
+use crate::summary::{PlantSummary, Summary};
 use crate::trace::TraceWriter;
-use crate::travel::TravelWatch;
+use crate::watch::Watch;
 
 /// Everything that looks at a run tick by tick.
 struct Recorder<'a> {
     machine: &'a Machine,
-    summary: SummaryBuilder,
-    travel: TravelWatch,
+    watch: Watch,
     plant: Plant,
     trace: Option<TraceWriter<BufWriter<File>>>,
     report: Option<ReportData>,
@@ -55,8 +54,7 @@ impl<'a> Recorder<'a> {
         let report = args.report.as_ref().map(|_| empty_report(machine, program));
         Ok(Self {
             machine,
-            summary: SummaryBuilder::new(machine, &Sample::default()),
-            travel: TravelWatch::new(machine),
+            watch: Watch::new(machine),
             plant,
             trace,
             report,
@@ -75,22 +73,20 @@ impl<'a> Recorder<'a> {
                 report.push_contour(contour);
             }
         }
-        let mut summary = self.summary.finish(self.machine, program, digest);
+        let mut summary = self.watch.finish(self.machine, program, digest);
         let following = self.plant.max_following();
         let linear = (0..AXES).filter(|&a| self.machine.config.axes[a].kind == AxisKind::Linear);
         summary.plant = Some(PlantSummary {
             max_following_error_mm: linear.map(|a| following[a]).fold(0.0, f64::max),
             max_contour_error_mm: self.plant.max_contour(),
         });
-        summary.take_violations(self.travel);
         Ok((summary, self.report))
     }
 }
 
 impl Observer for Recorder<'_> {
-    fn tick(&mut self, tick: Tick, sample: &Sample, _frame: &StepFrame) -> io::Result<()> {
-        self.summary.tick(sample);
-        self.travel.tick(tick, sample.block, &sample.commanded);
+    fn tick(&mut self, tick: Tick, sample: &Sample, frame: &StepFrame) -> io::Result<()> {
+        self.watch.tick(tick, sample, frame)?;
         if let Some(trace) = &mut self.trace {
             trace.tick(tick, sample)?;
         }

@@ -6,11 +6,12 @@
 use std::fs::{self, File};
 use std::io::{ErrorKind, Read, Write};
 use std::os::unix::net::{UnixListener, UnixStream};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Child, Command, Stdio};
-use std::sync::atomic::{AtomicU32, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
+
+use tempfile::TempDir;
 
 use super::error::EmulateError;
 
@@ -22,7 +23,7 @@ const CONNECT: Duration = Duration::from_secs(20);
 #[derive(Debug)]
 pub struct Board {
     child: Child,
-    folder: Folder,
+    folder: TempDir,
     program: Port,
     trace: Port,
 }
@@ -44,33 +45,14 @@ pub enum Line {
     Trace,
 }
 
-/// A folder that is removed with its owner.
-#[derive(Debug)]
-struct Folder(PathBuf);
-
-impl Folder {
-    fn new() -> std::io::Result<Self> {
-        static COUNT: AtomicU32 = AtomicU32::new(0);
-        let count = COUNT.fetch_add(1, Ordering::Relaxed);
-        let name = format!("pentaspline-{}-{count}", std::process::id());
-        // The address of a socket has room for 107 bytes.
-        let base = std::env::temp_dir();
-        let base = if base.as_os_str().len() > 60 {
-            PathBuf::from("/tmp")
-        } else {
-            base
-        };
-        let path = base.join(name);
-        fs::create_dir_all(&path)?;
-        Ok(Self(path))
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        // Nothing depends on it: the folder lies among temporary files.
-        let _ = fs::remove_dir_all(&self.0);
-    }
+/// A folder for sockets, whose address has room for 107 bytes.
+fn short_folder() -> std::io::Result<TempDir> {
+    let base = std::env::temp_dir();
+    TempDir::new_in(if base.as_os_str().len() > 60 {
+        Path::new("/tmp")
+    } else {
+        &base
+    })
 }
 
 impl Drop for Board {
@@ -91,8 +73,8 @@ impl Board {
         if !image.is_file() {
             return Err(EmulateError::NoImage(image.to_owned()));
         }
-        let folder = Folder::new()?;
-        let path = |name: &str| folder.0.join(name);
+        let folder = short_folder()?;
+        let path = |name: &str| folder.path().join(name);
         let listen = |name: &str| -> Result<UnixListener, EmulateError> {
             let listener = UnixListener::bind(path(name))?;
             listener.set_nonblocking(true)?;
@@ -201,9 +183,9 @@ impl Board {
 }
 
 /// The error for a child that has ended, or `None` while it runs.
-fn exited(child: &mut Child, folder: &Folder) -> Option<EmulateError> {
+fn exited(child: &mut Child, folder: &TempDir) -> Option<EmulateError> {
     let status = child.try_wait().ok()??;
-    let stderr = fs::read(folder.0.join("stderr")).unwrap_or_default();
+    let stderr = fs::read(folder.path().join("stderr")).unwrap_or_default();
     let text = String::from_utf8_lossy(&stderr);
     Some(EmulateError::Exited {
         stderr: format!("{status} {text}"),
@@ -213,7 +195,7 @@ fn exited(child: &mut Child, folder: &Folder) -> Option<EmulateError> {
 fn accept(
     listener: &UnixListener,
     child: &mut Child,
-    folder: &Folder,
+    folder: &TempDir,
 ) -> Result<Port, EmulateError> {
     let start = Instant::now();
     loop {

@@ -271,7 +271,7 @@ impl Session<'_> {
         let mut released = false;
         loop {
             while let Some(bytes) = self.feeder.offer(usize::MAX) {
-                self.board.send(Line::Program, &bytes)?;
+                self.board.send(Line::Program, bytes)?;
             }
             if !released && self.feeder.is_sent() {
                 released = true;

@@ -243,6 +243,14 @@ pub fn is_structured(word: &str) -> bool {
 
 /// Column of the first `IF` or `GOTO..` from `at` on that is a word of its own.
 fn jump(code: &[u8], mut at: usize) -> Option<usize> {
+    // Few lines have either letter; folded and not searched, so it takes many bytes at a time.
+    let rest = code.get(at..).unwrap_or_default();
+    if !rest
+        .iter()
+        .fold(false, |any, &b| any | (b == b'I') | (b == b'O'))
+    {
+        return None;
+    }
     while at < code.len() {
         let len = identifier(code, at);
         if matches!(&code[at..at + len], b"IF" | b"GOTOF" | b"GOTOB" | b"GOTO") {

@@ -180,6 +180,12 @@ impl Line {
         } else {
             Inside::Code
         };
+        if !line.header && is_plain(text) {
+            line.wire = text.into();
+            line.code = text.to_ascii_uppercase().into();
+            line.take_m_words();
+            return line;
+        }
         // Parentheses of expressions that are open, and the string is one that is only shown.
         let (mut open, mut shown) = (0_usize, false);
         for (column, c) in text.chars().enumerate() {
@@ -308,6 +314,12 @@ fn sendable(byte: u8) -> bool {
     byte == b'\t' || (matches!(byte, b' '..=b'}') && !matches!(byte, b'?' | b'!'))
 }
 
+/// All of it is code that can be sent, as most lines are. Folded and not searched: so it takes many bytes at a time.
+fn is_plain(text: &str) -> bool {
+    let plain = |byte| sendable(byte) & !matches!(byte, b';' | b'(' | b')' | b'"');
+    text.bytes().fold(true, |all, byte| all & plain(byte))
+}
+
 pub(super) fn skip_blanks(code: &[u8], from: usize) -> usize {
     let blank = code
         .iter()
@@ -321,12 +333,10 @@ pub(super) fn skip_blanks(code: &[u8], from: usize) -> usize {
 fn m_words(code: &[u8]) -> impl Iterator<Item = (usize, u32, usize)> + '_ {
     let mut at = 0;
     std::iter::from_fn(move || {
-        while at < code.len() {
-            let start = at;
-            at += 1;
-            let inside =
-                start > 0 && (code[start - 1].is_ascii_alphabetic() || code[start - 1] == b'_');
-            if code[start] != b'M' || inside {
+        while let Some(ahead) = code.get(at..)?.iter().position(|&b| b == b'M') {
+            let start = at + ahead;
+            at = start + 1;
+            if start > 0 && (code[start - 1].is_ascii_alphabetic() || code[start - 1] == b'_') {
                 continue;
             }
             let mut number: Option<u32> = None;

@@ -1,7 +1,8 @@
 //! A folder of its own for the programs of one run; gone when the run is.
 
-use std::path::PathBuf;
 use std::sync::atomic::{AtomicUsize, Ordering};
+
+use tempfile::TempDir;
 
 use super::programs::Job;
 use crate::diagnostics::Failure;
@@ -9,7 +10,7 @@ use crate::program::Program;
 
 /// A temporary folder.
 pub(super) struct Scratch {
-    folder: PathBuf,
+    folder: TempDir,
     next: AtomicUsize,
 }
 
@@ -19,10 +20,7 @@ impl Scratch {
     /// # Errors
     /// Exit code 5.
     pub(super) fn new() -> Result<Self, Failure> {
-        static COUNT: AtomicUsize = AtomicUsize::new(0);
-        let (process, count) = (std::process::id(), COUNT.fetch_add(1, Ordering::Relaxed));
-        let folder = std::env::temp_dir().join(format!("pentaspline-study-{process}-{count}"));
-        std::fs::create_dir_all(&folder).map_err(|e| Failure::io("make", &folder, &e))?;
+        let folder = TempDir::new().map_err(|e| Failure::io("make", &std::env::temp_dir(), &e))?;
         Ok(Self {
             folder,
             next: AtomicUsize::new(0),
@@ -36,19 +34,12 @@ impl Scratch {
     pub(super) fn load(&self, job: &Job) -> Result<Program, Failure> {
         // Each job has a folder of its own: threads share names, A- and C-splines sub-programs.
         let number = self.next.fetch_add(1, Ordering::Relaxed);
-        let folder = self.folder.join(number.to_string());
+        let folder = self.folder.path().join(number.to_string());
         std::fs::create_dir_all(&folder).map_err(|e| Failure::io("make", &folder, &e))?;
         for file in job.subs.iter().chain([&job.main]) {
             let path = folder.join(&file.name);
             std::fs::write(&path, &file.text).map_err(|e| Failure::io("write", &path, &e))?;
         }
         Program::load(&folder.join(&job.main.name))
-    }
-}
-
-impl Drop for Scratch {
-    fn drop(&mut self) {
-        // What cannot be removed is left to the system's own clean-up.
-        let _ = std::fs::remove_dir_all(&self.folder);
     }
 }

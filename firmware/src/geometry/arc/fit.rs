@@ -15,7 +15,7 @@
 use crate::envelope::{FINE_MAX, LENGTH_MIN, TRAVEL_MAX};
 use crate::interpolator::segment::{AxisCurve, Place, ServoSegment, SLOPE_FRAC};
 use crate::interpolator::S_FRAC;
-use crate::units::{phase, sqrt, AxisVec, AXES};
+use crate::units::{larger, phase, sqrt, AxisVec, AXES};
 
 use super::piece::{float, whole, Piece, Units};
 use super::shape::{PathShape, Quintic};
@@ -63,12 +63,10 @@ impl Measure {
         // Extent of the control polygon over linear and over rotary axes.
         let mut extent = [0.0_f32; 2];
         for a in 0..AXES {
-            let size = delta[a]
-                .abs()
-                .max(piece.slope[0][a].abs())
-                .max(piece.slope[1][a].abs());
+            let slopes = larger(piece.slope[0][a].abs(), piece.slope[1][a].abs());
+            let size = larger(delta[a].abs(), slopes);
             let kind = usize::from(units.rotary[a]);
-            extent[kind] = extent[kind].max(size);
+            extent[kind] = larger(extent[kind], size);
         }
         let [linear, rotary] = extent;
         // Where linear motion all but vanishes while rotary axes turn, the path is measured in degrees: a unit of s

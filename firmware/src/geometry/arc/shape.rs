@@ -2,7 +2,7 @@
 //!
 //! In: the quintics of all axes, in floats. Out: [`PathShape`], and the error of the path feed that comes for free.
 
-use crate::units::{AxisVec, AXES};
+use crate::units::{larger, smaller, AxisVec, AXES};
 
 /// Derivatives of the axis positions with respect to path length at one point, axis units.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -104,22 +104,23 @@ impl PathShape {
                 }
             }
             // (1 + e)^2 = 1 + 2 e but for e^2.
-            error = error.max((0.5 * (square * (per * per) - 1.0)).abs());
+            error = larger(error, (0.5 * (square * (per * per) - 1.0)).abs());
         }
         let scale = [per, per * per, per * per * per];
         let range = |order: usize, allowance: f32| -> [AxisVec; 2] {
             let (mut low, mut high) = (AxisVec::default(), AxisVec::default());
             for a in 0..AXES {
                 let d: [f32; SAMPLES] = core::array::from_fn(|i| at[i][order][a]);
-                let (mut least, mut most) = (d[0].min(d[SAMPLES - 1]), d[0].max(d[SAMPLES - 1]));
+                let ends = (d[0], d[SAMPLES - 1]);
+                let (mut least, mut most) = (smaller(ends.0, ends.1), larger(ends.0, ends.1));
                 for i in 1..SAMPLES - 1 {
                     // A parabola through three samples peaks at most 1/8 of their second difference beyond the middle
                     // one; twice that covers what the next terms of the series add.
                     let bend = 0.25 * (d[i + 1] - 2.0 * d[i] + d[i - 1]).abs();
-                    least = least.min(d[i] - bend);
-                    most = most.max(d[i] + bend);
+                    least = smaller(least, d[i] - bend);
+                    most = larger(most, d[i] + bend);
                 }
-                let more = allowance * least.abs().max(most.abs());
+                let more = allowance * larger(least.abs(), most.abs());
                 low[a] = (least - more) * scale[order];
                 high[a] = (most + more) * scale[order];
             }
@@ -157,8 +158,8 @@ impl PathShape {
     pub fn is_rough(&self) -> bool {
         (0..AXES).any(|a| {
             let turn = (self.end.first[a] - self.start.first[a]).abs();
-            let most = self.high.first[a].max(-self.low.first[a]);
-            turn > 0.5 * most.max(0.01) && most > 1.0
+            let most = larger(self.high.first[a], -self.low.first[a]);
+            turn > 0.5 * larger(most, 0.01) && most > 1.0
         })
     }
 }
