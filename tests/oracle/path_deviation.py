@@ -7,7 +7,7 @@
 First form: builds lines, arcs of the XY plane, C-splines (chord-length parameter; tangent, natural or not-a-knot ends), A-splines
 (Akima; tangent, natural or extrapolated ends), clamped B-splines (scipy) and G6 cubics from the program text, then
 matches every trace row to the curve point at the same travelled length and takes the distance to the nearest
-point of the curve around it. The limit is 1 um plus half a step on the linear axes, and the same number in
+point of the curve around it, nearest over all axes. The limit is 1 um plus half a step on the linear axes, and the same number in
 thousandths of a degree on the rotary ones.
 
 Second form: exact rational evaluation of the printed G6 coefficients: end points, gaps, range of |dP/di|.
@@ -179,14 +179,19 @@ def length_table(pieces, linear):
 
 
 def nearest(points, pieces, u, linear, passes=12):
-    """Distance of each point to the piece beside it, by Gauss-Newton from u: mm, and largest rotary difference."""
-    alone = np.abs(pieces[:, linear, :3]).max(axis=(1, 2)) < 1e-9  # rotary axes count where they move alone
-    mask = np.where(linear[None, :], 1.0, alone[:, None].astype(float))
+    """Distance of each point to the piece beside it, by damped Gauss-Newton from u: mm, and largest rotary difference.
+
+    Nearest is the point of the curve over all axes, a degree counted as a millimetre. Over the linear axes alone it would be any
+    point where the tool all but stands still while the rotary axes turn.
+    """
+    d, share = at(pieces, u) - points, np.ones(len(u))
     for _ in range(passes):
-        v = slope(pieces, u) * mask
-        d = (at(pieces, u) - points) * mask
-        u = np.clip(u - (d * v).sum(axis=1) / np.maximum((v * v).sum(axis=1), 1e-18), 0.0, 1.0)
-    d = at(pieces, u) - points
+        v = slope(pieces, u)
+        to = np.clip(u - share * (d * v).sum(axis=1) / np.maximum((v * v).sum(axis=1), 1e-18), 0.0, 1.0)
+        there = at(pieces, to) - points
+        closer = (there**2).sum(axis=1) < (d**2).sum(axis=1)
+        u, d = np.where(closer, to, u), np.where(closer[:, None], there, d)
+        share = np.where(closer, np.minimum(2.0 * share, 1.0), 0.25 * share)
     return np.sqrt((d[:, linear] ** 2).sum(axis=1)), np.abs(d[:, ~linear]).max(axis=1, initial=0.0)
 
 

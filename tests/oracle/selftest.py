@@ -23,6 +23,21 @@ import watch
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 HZ = 5000
 NAMES = "XYZAC"
+# Early in the fifth piece of its spline the linear axes all but stand still.
+TURNING = """G90 G64 SOFT
+G1 X0 Y0 Z0 A0 C0 F3000
+G1 X0.0607 Y-0.0531 Z0.0700 A0.0059 C0.0347
+CSPLINE
+X-0.0444 Y-0.0676 Z0.0215 A-0.0089 C-0.0159
+X0.0037 Y0.0233 Z-0.0004 A-0.0077 C-0.0599
+X-0.0272 Y0.0541 Z0.0223 A-0.0670 C0.0250
+X0.0561 Y-0.0483 Z-0.0719 A0.0097 C0.0695
+X-0.0712 Y-0.0539 Z-0.0525 A-0.0375 C-0.0640
+X-0.0392 Y0.0288 Z0.0168 A0.0139 C-0.0559
+X-0.0421 Y0.0133 Z-0.0137 A-0.0267 C-0.0687
+X-0.0062 Y0.0539 Z-0.0010 A0.0350 C-0.0323
+M30
+"""
 LIMITS = {"mm": (666.6667, 5000.0, 50000.0), "degree": (1.0, 5.0, 50.0)}
 
 
@@ -136,18 +151,23 @@ def corners(folder, failures):
     expect("a corner beyond the corner step is seen", run(*given), 1, failures)
 
 
-def deviation(folder, failures):
-    """path_deviation on the thesis C-spline, sampled along its own length."""
-    program = EXAMPLES / "thesis" / "CSPLINE_57.MPF"
+def sampled(program, count):
+    """`count` points of the curve of `program`, evenly along its length; its direction there."""
     linear = np.array([True, True, True, False, False])
     pieces = path_deviation.curve(nc_program.read(program, NAMES), linear)
     edges, table = path_deviation.length_table(pieces, linear)
-    goal = np.linspace(0.0, table[-1], 20_000)
+    goal = np.linspace(0.0, table[-1], count)
     cell = np.clip(np.searchsorted(table, goal, side="right") - 1, 0, len(table) - 2)
     piece = cell // path_deviation.PER_SEGMENT
     share = (goal - table[cell]) / (table[cell + 1] - table[cell])
     u = edges[cell % path_deviation.PER_SEGMENT] + share / path_deviation.PER_SEGMENT
-    points = path_deviation.at(pieces[piece], u)
+    return path_deviation.at(pieces[piece], u), path_deviation.slope(pieces[piece], u)
+
+
+def deviation(folder, failures):
+    """path_deviation on the thesis C-spline, sampled along its own length."""
+    program = EXAMPLES / "thesis" / "CSPLINE_57.MPF"
+    points, _ = sampled(program, 20_000)
     still = np.zeros(len(points))
     run = lambda: verdict(path_deviation, program, folder / "t.csv", folder / "s.json")
     write(folder, points, still)
@@ -158,6 +178,23 @@ def deviation(folder, failures):
     expect("1.7 um beside the curve is seen", run(), 1, failures)
     write(folder, points[:-400], still[:-400])
     expect("a run that ends early is seen", run(), 1, failures)
+
+
+def turning(folder, failures):
+    """path_deviation where the tool all but stands still and the rotary axes turn."""
+    program = folder / "p.nc"
+    program.write_text(TURNING, encoding="ascii")
+    points, slopes = sampled(program, 20_000)
+    still = np.zeros(len(points))
+    run = lambda: verdict(path_deviation, program, folder / "t.csv", folder / "s.json")
+    write(folder, points, still)
+    expect("points of a curve whose tool all but stands still pass", run(), 0, failures)
+    slowest = int(np.argmin((slopes[:, :3] ** 2).sum(axis=1) / (slopes[:, 3:] ** 2).sum(axis=1)))
+    across = np.array([-slopes[slowest, 4], slopes[slowest, 3]])
+    across /= np.abs(across).max()
+    points[slowest - 5 : slowest + 5, 3:] += 0.002 * across
+    write(folder, points, still)
+    expect("rotary axes 2 thousandths of a degree beside the curve there are seen", run(), 1, failures)
 
 
 def watched(folder, failures):
@@ -220,6 +257,7 @@ def main():
         limits(Path(name), failures)
         corners(Path(name), failures)
         deviation(Path(name), failures)
+        turning(Path(name), failures)
         watched(Path(name), failures)
     return 1 if failures else 0
 

@@ -73,6 +73,23 @@ fn rotary_axes_beside_a_tiny_linear_move_keep_their_limits() {
     }
 }
 
+/// Early in the fifth piece of the spline the linear axes all but stand still, and the tool is near many points of the curve; over
+/// all five axes it is near one.
+#[test]
+fn axes_that_turn_where_the_tool_all_but_stands_still_are_on_the_path() {
+    let text = "G90 G64 SOFT\nG1 X0 Y0 Z0 A0 C0 F3000\nG1 X0.0607 Y-0.0531 Z0.0700 A0.0059 C0.0347\nCSPLINE\n\
+        X-0.0444 Y-0.0676 Z0.0215 A-0.0089 C-0.0159\nX0.0037 Y0.0233 Z-0.0004 A-0.0077 C-0.0599\n\
+        X-0.0272 Y0.0541 Z0.0223 A-0.0670 C0.0250\nX0.0561 Y-0.0483 Z-0.0719 A0.0097 C0.0695\n\
+        X-0.0712 Y-0.0539 Z-0.0525 A-0.0375 C-0.0640\nX-0.0392 Y0.0288 Z0.0168 A0.0139 C-0.0559\n\
+        X-0.0421 Y0.0133 Z-0.0137 A-0.0267 C-0.0687\nX-0.0062 Y0.0539 Z-0.0010 A0.0350 C-0.0323\nM30\n";
+    let config = examples::machine().config;
+    let run = drive(&config, &Script::new(text));
+    assert!(run.finished);
+    // The tolerance of the arc length, and rounding of the oracle's own.
+    laws::follows(&config, &run, &path(text), 2e-5)
+        .unwrap_or_else(|broken| panic!("{broken}\n{text}"));
+}
+
 proptest! {
     #![proptest_config(cases(120))]
 

@@ -4,6 +4,7 @@
 //! homogeneous coordinates), takes their difference for the direction of the tool, and inverts the head in closed form:
 //! tilt by `acos`, turn by `atan2`, followed from where the axes stand. It shares nothing with the core.
 
+use std::collections::BTreeSet;
 use std::fmt::Write;
 
 use pentaspline::config::{Config, Head, ToolData};
@@ -230,8 +231,7 @@ impl Led {
         };
         let tolerance = f64::from(config.curve_tolerance) + ROUNDING;
         laws::stays_on_the_path_of(&config, &run, &asked, tolerance).map_err(broken)?;
-        // The limits of the axes are not looked at here: the bounds of a segment, taken from samples, let C reach 1.0094 of
-        // its velocity on one of these curves (docs/decisions/0016-ceiling.md).
+        laws::stays_within_limits(&config, &run, &BTreeSet::new(), 0.005).map_err(broken)?;
         // All the way, exactly in X Y Z, with the direction of the last block, and it stays in the block behind.
         let end = run.ticks.last().ok_or("nothing ran")?;
         let place = laws::place(&config, end);
