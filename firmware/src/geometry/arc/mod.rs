@@ -10,6 +10,7 @@
 mod fit;
 mod parts;
 mod piece;
+mod range;
 mod shape;
 
 use crate::config::Config;
