@@ -84,10 +84,15 @@ fn axes_that_turn_where_the_tool_all_but_stands_still_are_on_the_path() {
         X-0.0421 Y0.0133 Z-0.0137 A-0.0267 C-0.0687\nX-0.0062 Y0.0539 Z-0.0010 A0.0350 C-0.0323\nM30\n";
     let config = examples::machine().config;
     let run = drive(&config, &Script::new(text));
-    assert!(run.finished);
+    assert!(
+        run.finished && !run.output.contains("error"),
+        "{}",
+        run.output
+    );
     // The tolerance of the arc length, and rounding of the oracle's own.
-    laws::follows(&config, &run, &path(text), 2e-5)
+    let found = laws::follows(&config, &run, &path(text), 2e-5)
         .unwrap_or_else(|broken| panic!("{broken}\n{text}"));
+    assert_eq!(found.curves, 9, "curves run\n{text}");
 }
 
 proptest! {
