@@ -7,9 +7,6 @@ use crate::units::{larger, AxisVec, AXES};
 pub use super::range::Quintic;
 use super::range::Ranges;
 
-pub use super::range::Quintic;
-use super::range::Ranges;
-
 /// Derivatives of the axis positions with respect to path length at one point, axis units.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PathDerivatives {
