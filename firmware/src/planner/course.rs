@@ -109,8 +109,9 @@ impl Course {
     }
 }
 
-/// Ticks around a joint whose differences see both sides of it.
+/// Ticks around a joint whose differences see both sides of it: third differences, which the jerk is, and second ones.
 const AROUND: f32 = 2.0;
+const AROUND_BRISK: f32 = 1.0;
 
 /// Ticks within one node from which on the middle of a step is looked at, too.
 const LONG: u32 = 6;
@@ -250,8 +251,9 @@ impl View<'_> {
 
     /// Whether `jerk` is allowed beyond the joints that the differences of a few ticks see from `at`.
     fn beside(&self, at: &Motion, jerk: f32, last: usize, tolerance: Tolerance) -> bool {
-        let near = AROUND * at.v / self.hz;
         let here = self.nodes.get(at.node);
+        let around = if here.brisk { AROUND_BRISK } else { AROUND };
+        let near = around * at.v / self.hz;
         // `joint` is the node in front of it.
         let keeps = |index: usize, joint: usize| {
             let share = self

@@ -60,7 +60,13 @@ impl View<'_> {
     /// The same jerk for building deceleration up and letting it go.
     fn even(&self, at: &Motion) -> Grip {
         let grip = self.grip(at, 0.0, at.node);
-        Grip::even(grip.a, grip.down.min(grip.up))
+        let hz = self.hz;
+        // As much as a piece can say.
+        let most = |bits: u32, unit: f32| u32::MAX as f32 / (1_u64 << bits) as f32 * unit;
+        Grip::even(
+            grip.a.min(most(STAGE_A_FRAC, hz * hz)),
+            grip.down.min(grip.up).min(most(STAGE_J_FRAC, hz * hz * hz)),
+        )
     }
 
     /// Whether braking from `at` within `grip` keeps every limit and ends on the path.

@@ -327,7 +327,7 @@ const ROUNDED: f32 = 12.0;
 /// Units of a step.
 const STEP: f32 = (1_u64 << 32) as f32;
 
-/// Jerk limit of an axis, less what rounding adds to it in the sampled motion. Without `SOFT` the acceleration may build up within four ticks.
+/// Jerk limit of an axis, less what rounding adds to it in the sampled motion. Without `SOFT` the acceleration may build up within two ticks.
 fn axis_jerk(config: &Config, axis: usize, soft: bool) -> f32 {
     if soft {
         let hz = config.servo_hz as f32;
@@ -335,7 +335,7 @@ fn axis_jerk(config: &Config, axis: usize, soft: bool) -> f32 {
         let per_step = ROUNDED * (1.0 / STEP) * hz * hz * hz;
         j_max - (per_step / config.axes[axis].steps_per_unit.to_num::<f32>()).min(0.5 * j_max)
     } else {
-        config.axes[axis].a_max * config.servo_hz as f32 * 0.25
+        config.axes[axis].a_max * config.servo_hz as f32 * 0.5
     }
 }
 

@@ -24,19 +24,19 @@ const TICKS_MAX: u32 = 10;
 const HOPS: u32 = 6;
 
 /// The first of them in which a way to rest of another kind is looked for.
-const FULL: u32 = 2;
+const FULL: u32 = 1;
 
 /// Halvings of the range of jerks.
-const HALVINGS: u32 = 6;
+const HALVINGS: u32 = 4;
 
 /// Lengths that the phases of a move from rest to rest are tried with, each twice the one before.
 const CREEPS: u32 = 14;
 
 /// Share of the limits that a landing takes at least: one that is taken early brakes too gently.
-const GENTLE: f32 = 0.92;
+const GENTLE: f32 = 0.97;
 
 /// The same where nothing is better: there the motion is to stop, and exactly there.
-const LATE: f32 = 0.6;
+const LATE: f32 = 0.9;
 
 /// Acceleration below this share of the limit counts as none: what rounding leaves after a manoeuvre.
 const NO_ACCELERATION: f32 = 1.0e-5;
