@@ -26,7 +26,7 @@ pub struct BrakeStage {
 pub const STAGE_V_FRAC: u32 = 30;
 /// Fractional bits of [`BrakeStage::a`]: up to 2^-8 path units per tick^2.
 pub const STAGE_A_FRAC: u32 = 40;
-/// Fractional bits of [`BrakeStage::j`]: up to 2^-12 path units per tick^3, half of which takes 2 ticks to the
+/// Fractional bits of [`BrakeStage::j`]: up to 2^-12 path units per tick^3, a third of which takes 3 ticks to the
 /// highest acceleration.
 pub const STAGE_J_FRAC: u32 = 44;
 

@@ -109,9 +109,8 @@ impl Course {
     }
 }
 
-/// Ticks around a joint whose differences see both sides of it: third differences, which the jerk is, and second ones.
+/// Ticks around a joint whose differences see both sides of it.
 const AROUND: f32 = 2.0;
-const AROUND_BRISK: f32 = 1.0;
 
 /// Ticks within one node from which on the middle of a step is looked at, too.
 const LONG: u32 = 6;
@@ -172,6 +171,11 @@ impl View<'_> {
         for (&jerk, &ticks) in course.jerk.iter().zip(&course.ticks) {
             let keeps =
                 |at: &Motion, slack: Share| self.keeps(at.node, [at.v.max(0.0), at.a, jerk], slack);
+            // The second difference of the tick behind a joint sees it, too.
+            let later = |at: &Motion| Motion {
+                a: at.a + jerk * h,
+                ..*at
+            };
             if ticks > 0 && !(keeps(&at, all) && self.beside(&at, jerk, last, tolerance)) {
                 return None;
             }
@@ -226,6 +230,7 @@ impl View<'_> {
                     if stop
                         || v > exit.min(inside.limits.v) * tolerance.v + rounded
                         || !keeps(&next, share.loose(tolerance.left))
+                        || !(remaining == 0 || keeps(&later(&next), share.loose(tolerance.left)))
                     {
                         return None;
                     }
@@ -252,8 +257,7 @@ impl View<'_> {
     /// Whether `jerk` is allowed beyond the joints that the differences of a few ticks see from `at`.
     fn beside(&self, at: &Motion, jerk: f32, last: usize, tolerance: Tolerance) -> bool {
         let here = self.nodes.get(at.node);
-        let around = if here.brisk { AROUND_BRISK } else { AROUND };
-        let near = around * at.v / self.hz;
+        let near = AROUND * at.v / self.hz;
         // `joint` is the node in front of it.
         let keeps = |index: usize, joint: usize| {
             let share = self

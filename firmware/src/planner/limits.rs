@@ -10,10 +10,12 @@ use crate::geometry::arc::{PathDerivatives, PathShape};
 use crate::interpolator::T_FRAC;
 use crate::units::{sqrt, AxisVec, AXES};
 
-/// Share of an axis' acceleration that curvature may take.
-const CURVATURE_SHARE: f32 = 1.2;
-/// Share of an axis' jerk that changing curvature may take at constant velocity.
-const TORSION_SHARE: f32 = 1.2;
+/// What curvature alone may take of an axis' acceleration and of its jerk at the largest velocity of a segment: more than there
+/// is, since speeding up or slowing down may make up for it. What is planned is run, so this only ends the search.
+const CURVATURE_SHARE: f32 = 2.0;
+const TORSION_SHARE: f32 = 2.0;
+/// Share of an acceleration that a tick may build up where jerk is not limited: three ticks for all of it.
+const BUILDS_UP: f32 = 1.0 / 3.0;
 /// Share of an axis' jerk that curvature may take in all; the rest is for changing the acceleration.
 const NEUTRAL_SHARE: f32 = 0.9;
 /// Jerk that is always counted on, share of what there is at standstill.
@@ -327,7 +329,7 @@ const ROUNDED: f32 = 12.0;
 /// Units of a step.
 const STEP: f32 = (1_u64 << 32) as f32;
 
-/// Jerk limit of an axis, less what rounding adds to it in the sampled motion. Without `SOFT` the acceleration may build up within two ticks.
+/// Jerk limit of an axis, less what rounding adds to it in the sampled motion. Without `SOFT` the acceleration builds up within three ticks.
 fn axis_jerk(config: &Config, axis: usize, soft: bool) -> f32 {
     if soft {
         let hz = config.servo_hz as f32;
@@ -335,7 +337,7 @@ fn axis_jerk(config: &Config, axis: usize, soft: bool) -> f32 {
         let per_step = ROUNDED * (1.0 / STEP) * hz * hz * hz;
         j_max - (per_step / config.axes[axis].steps_per_unit.to_num::<f32>()).min(0.5 * j_max)
     } else {
-        config.axes[axis].a_max * config.servo_hz as f32 * 0.5
+        config.axes[axis].a_max * config.servo_hz as f32 * BUILDS_UP
     }
 }
 

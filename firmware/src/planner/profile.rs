@@ -18,13 +18,13 @@ use crate::units::sqrt;
 pub const LOOK_AHEAD: usize = 128;
 
 /// Longest greedy piece.
-const TICKS_MAX: u32 = 10;
+const TICKS_MAX: u32 = 8;
 
 /// Phases of a rest-to-rest move, in ticks, that are tried at most where they are longer than the limits ask for.
 const HOPS: u32 = 6;
 
 /// The first of them in which a way to rest of another kind is looked for.
-const FULL: u32 = 1;
+const FULL: u32 = 2;
 
 /// Halvings of the range of jerks.
 const HALVINGS: u32 = 4;

@@ -19,7 +19,7 @@ const PHASE_MAX: u32 = 8192;
 const LEGS: usize = 2;
 
 /// Shares of the limits that a leg to rest is tried with, and any other.
-const HALTS: [f32; 6] = [0.99, 0.8, 0.6, 0.4, 0.25, 0.15];
+const HALTS: [f32; 9] = [0.99, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.25, 0.15];
 const OTHERS: [f32; 2] = [0.99, 0.7];
 
 /// Where between its ends a leg's deceleration is judged, as the share of the first velocity.
