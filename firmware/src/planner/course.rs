@@ -170,7 +170,7 @@ impl View<'_> {
         let all = Share::ALL.loose(tolerance.a);
         for (&jerk, &ticks) in course.jerk.iter().zip(&course.ticks) {
             let keeps =
-                |at: &Motion, slack: Share| self.keeps(at.node, [at.v.max(0.0), at.a, jerk], slack);
+                |at: &Motion, slack: Share| self.keeps(at.node, [self.seen(at), at.a, jerk], slack);
             // The second difference of the tick behind a joint sees it, too.
             let later = |at: &Motion| Motion {
                 a: at.a + jerk * h,
@@ -244,6 +244,11 @@ impl View<'_> {
         Some(at)
     }
 
+    /// The velocity that belongs to the acceleration of `at`: differences of positions lie half a tick before those of velocities.
+    fn seen(&self, at: &Motion) -> f32 {
+        (at.v - 0.5 * at.a / self.hz).max(0.0)
+    }
+
     /// Where `jerk` leads from `from` in `ticks`, whatever the limits.
     pub(super) fn along(&self, from: &Motion, jerk: f32, ticks: u32) -> Motion {
         let mut at = from.after(jerk, ticks as f32, 1.0 / self.hz);
@@ -266,7 +271,7 @@ impl View<'_> {
                 .exit_taken
                 .left(at.v)
                 .loose(tolerance.left);
-            let v = at.v.clamp(0.0, self.nodes.get(index).limits.v);
+            let v = self.seen(at).min(self.nodes.get(index).limits.v);
             self.keeps(index, [v, at.a, jerk], share)
         };
         let both = |joint: usize| keeps(joint, joint) && keeps(joint + 1, joint);
