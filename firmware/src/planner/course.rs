@@ -126,23 +126,33 @@ const ROUNDING: f32 = 3.0e-7;
 pub(super) struct Tolerance {
     v: f32,
     a: f32,
-    /// Of what a joint leaves.
-    left: f32,
+    /// What a joint takes counts so many times.
+    taken: f32,
     /// Velocity backwards, of that at the beginning.
     back: f32,
+}
+
+impl Tolerance {
+    /// Share that may be used beside a joint that leaves `left`.
+    fn beside(&self, left: Share) -> Share {
+        let rest = |left: f32| 1.0 - (1.0 - left) * self.taken;
+        let Share { a, j } = left;
+        let (a, j) = (rest(a), rest(j));
+        Share { a, j }.loose(self.a)
+    }
 }
 
 /// For what is to come.
 pub(super) const PREDICTING: Tolerance = Tolerance {
     v: 1.000_004,
     a: 1.001,
-    left: 1.001,
+    taken: 1.0,
     back: 1.0e-5,
 };
 
 /// For braking that may begin at any tick, of which only some are tried: where it meets a joint is known less well.
 pub(super) const BRAKING: Tolerance = Tolerance {
-    left: 0.97,
+    taken: 1.06,
     ..PREDICTING
 };
 
@@ -150,7 +160,7 @@ pub(super) const BRAKING: Tolerance = Tolerance {
 pub(super) const TAKING: Tolerance = Tolerance {
     v: 1.000_008,
     a: 1.0015,
-    left: 1.0015,
+    taken: 1.0,
     back: 2.0e-5,
 };
 
@@ -208,7 +218,7 @@ impl View<'_> {
                 let ends = n > 1 || remaining == 0 || (next.node < last && next.left < 0.0);
                 let over = next.node < last && next.left < 0.0;
                 let share = if over {
-                    node.exit_taken.left(v).loose(tolerance.left)
+                    tolerance.beside(node.exit_taken.left(v))
                 } else {
                     all
                 };
@@ -223,14 +233,18 @@ impl View<'_> {
                 }
                 while next.node < last && next.left < 0.0 {
                     let node = self.nodes.get(next.node);
-                    let (exit, share, stop) = (node.exit_v, node.exit_taken.left(v), node.stop);
+                    let (exit, share, stop) = (
+                        node.exit_v,
+                        tolerance.beside(node.exit_taken.left(v)),
+                        node.stop,
+                    );
                     next.node += 1;
                     let inside = self.nodes.get(next.node);
                     next.left += inside.length;
                     if stop
                         || v > exit.min(inside.limits.v) * tolerance.v + rounded
-                        || !keeps(&next, share.loose(tolerance.left))
-                        || !(remaining == 0 || keeps(&later(&next), share.loose(tolerance.left)))
+                        || !keeps(&next, share)
+                        || !(remaining == 0 || keeps(&later(&next), share))
                     {
                         return None;
                     }
@@ -265,12 +279,7 @@ impl View<'_> {
         let near = AROUND * at.v / self.hz;
         // `joint` is the node in front of it.
         let keeps = |index: usize, joint: usize| {
-            let share = self
-                .nodes
-                .get(joint)
-                .exit_taken
-                .left(at.v)
-                .loose(tolerance.left);
+            let share = tolerance.beside(self.nodes.get(joint).exit_taken.left(at.v));
             let v = self.seen(at).min(self.nodes.get(index).limits.v);
             self.keeps(index, [v, at.a, jerk], share)
         };
