@@ -27,7 +27,7 @@ const HOPS: u32 = 6;
 const FULL: u32 = 2;
 
 /// Halvings of the range of jerks.
-const HALVINGS: u32 = 4;
+const HALVINGS: u32 = 6;
 
 /// Lengths that the phases of a move from rest to rest are tried with, each twice the one before.
 const CREEPS: u32 = 14;
