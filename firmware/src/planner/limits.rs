@@ -372,7 +372,7 @@ pub fn velocity_limit(config: &Config, shape: &PathShape, length: f32, soft: boo
 /// How fast the joint from `before` to `after` may be passed, given the velocity `v` both sides allow.
 ///
 /// A step in q' is a velocity step within one servo tick: `|dq'| v / dt` of acceleration and
-/// `|dq'| v / dt^2` of jerk in the sampled motion; a step in q'' is [`SAMPLED_STEP`] `|dq''| v^2 / dt` of jerk; path
+/// `|dq'| v / dt^2` of jerk in the sampled motion; a step in q'' is `SAMPLED_STEP` `|dq''| v^2 / dt` of jerk; path
 /// acceleration a turned by a step in q' is `|dq'| a / dt`. All must fit into the share of the axis' jerk set aside for
 /// joints, or the axis' configured corner velocity step must cover the first. Without jerk limit the step in q' must fit
 /// into the share of acceleration, and at a corner the configured step alone counts.
