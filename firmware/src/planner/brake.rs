@@ -1,7 +1,7 @@
 //! Braking: how far it takes, and exact landings in whole ticks.
 
 use crate::interpolator::{PathState, T_FRAC};
-use crate::units::sqrt;
+use crate::units::{larger, smaller, sqrt};
 
 /// The three phases of a jerk-limited change down to a lower velocity: build up deceleration, hold it, let it go.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,9 +34,9 @@ impl Grip {
     #[must_use]
     pub fn least(self, other: Self) -> Self {
         Self {
-            a: self.a.min(other.a),
-            down: self.down.min(other.down),
-            up: self.up.min(other.up),
+            a: smaller(self.a, other.a),
+            down: smaller(self.down, other.down),
+            up: smaller(self.up, other.up),
         }
     }
 
@@ -71,14 +71,14 @@ pub fn brake(v: f32, a: f32, to: f32, grip: Grip) -> Brake {
         let d = v * t + a * t * t / 2.0 - j.copysign(a) * t * t * t / 6.0;
         return Brake {
             time: [0.0, 0.0, t],
-            distance: d.max(0.0),
+            distance: larger(0.0, d),
         };
     }
     let drop = v - to + a * a / (2.0 * down);
     let half = 0.5 / down + 0.5 / up;
-    let p = sqrt(drop / half).min(grip.a.max(-a));
-    let t1 = ((a + p) / down).max(0.0);
-    let t2 = ((drop - p * p * half) / p).max(0.0);
+    let p = smaller(larger(grip.a, -a), sqrt(drop / half));
+    let t1 = larger(0.0, (a + p) / down);
+    let t2 = larger(0.0, (drop - p * p * half) / p);
     let t3 = p / up;
     let d1 = t1 * (v + t1 * (a / 2.0 - down * t1 / 6.0));
     let v1 = v + t1 * (a - down * t1 / 2.0);

@@ -28,13 +28,15 @@ const TARGETS: [f32; 3] = [1.0, 0.6, 0.0];
 /// Ticks until a change that could not be made is tried again.
 const AGAIN: u32 = 20;
 
-/// Longest piece of a slowing down: a request that counts meanwhile waits for its end at most.
-const PIECE: u32 = 10;
+/// Pieces of a slowing down after which another kind of way to rest is looked for again.
+const LOOKS_EVERY: u32 = 2;
 
 /// The rest of a slowing down.
 #[derive(Clone, Copy)]
 pub(super) struct Slowing {
     phases: Phases,
+    /// Pieces of it that have been planned.
+    pieces: u32,
     /// Tempo at its end.
     then: Tempo,
 }
@@ -106,7 +108,9 @@ impl View<'_> {
                 .time
                 .map(|time| (libm::ceilf(time * self.hz) as u32).max(1));
             let phases = slow(&self.state, end, ticks)?;
-            let there = self.follow(&at, &self.course(&phases), self.last, TAKING)?;
+            let there = self
+                .follow(&at, &self.course(&phases), self.last, TAKING)
+                .ok()?;
             (there.left >= 0.0).then_some((phases, there))
         })
     }
@@ -248,6 +252,7 @@ impl Planner<'_> {
             if let Some(way) = way {
                 self.pace.slowing = Some(Slowing {
                     phases,
+                    pieces: 0,
                     then: wanted,
                 });
                 self.pace.way = way;
@@ -275,6 +280,12 @@ impl Planner<'_> {
         }
     }
 
+    /// Whether another kind of way to rest is worth looking for: where the one there is has just begun, or now and then.
+    pub(super) fn looks_around(&self) -> bool {
+        let slowing = self.pace.slowing.as_ref();
+        slowing.is_none_or(|slowing| slowing.pieces.is_multiple_of(LOOKS_EVERY))
+    }
+
     /// The way to rest from the planned state; its first part may have begun.
     pub(super) fn known_way(&self) -> &Way {
         &self.pace.way
@@ -291,6 +302,7 @@ impl Planner<'_> {
         self.take_way(Way::new());
         self.pace.slowing = Some(Slowing {
             phases,
+            pieces: 0,
             then: self.pace.now,
         });
         self.run_slowing(config);
@@ -305,6 +317,7 @@ impl Planner<'_> {
             let phases = phases.unwrap_or_else(|| view.forced());
             self.pace.slowing = Some(Slowing {
                 phases,
+                pieces: 0,
                 then: self.pace.now,
             });
         }
@@ -321,12 +334,14 @@ impl Planner<'_> {
             return false;
         };
         // Two halves of what is little more than a piece: a short one is as much work as a long one.
+        let piece = self.view(config).effort(self.cursor).slowing;
         let ticks = match phase.1 {
-            left if left <= PIECE => left,
-            left if left < 2 * PIECE => left / 2,
-            _ => PIECE,
+            left if left <= piece => left,
+            left if left < 2 * piece => left / 2,
+            _ => piece,
         };
         phase.1 -= ticks;
+        slowing.pieces += 1;
         let jerk = phase.0;
         let more = slowing.phases.iter().any(|phase| phase.1 > 0);
         let mut end = PieceEnd::Continue;

@@ -6,6 +6,7 @@
 
 use super::limits::Share;
 use super::profile::View;
+use crate::units::{larger, smaller};
 
 /// Motion in SI-like units.
 #[derive(Clone, Copy, Debug)]
@@ -37,7 +38,7 @@ impl Motion {
 
     /// Least and largest velocity on the way to `to` at `jerk`, in ticks of `h` seconds.
     fn speeds(&self, to: &Self, jerk: f32, h: f32) -> [f32; 2] {
-        let (low, high) = (self.v.min(to.v), self.v.max(to.v));
+        let (low, high) = (smaller(self.v, to.v), larger(self.v, to.v));
         let step = jerk * h;
         if self.a * to.a >= 0.0 || to.a.abs() <= NO_TICK * step.abs() {
             return [low, high];
@@ -46,7 +47,7 @@ impl Motion {
         // v + n (a + j (n + 1) / 2) with a and j per tick, has its peak at n = -a / j - 1/2.
         let a = self.a + 0.5 * step;
         let extreme = self.v - 0.5 * a * a / jerk;
-        [low.min(extreme), high.max(extreme)]
+        [smaller(low, extreme), larger(high, extreme)]
     }
 }
 
@@ -92,7 +93,7 @@ impl Course {
         let (mut left, mut sum) = (all, 0.0);
         for (&jerk, &n) in self.jerk.iter().zip(&self.ticks) {
             // What a tick builds up counts from then on: n of them, with `left` to go before the first.
-            let n = (n as f32).min(left);
+            let n = smaller(n as f32, left);
             sum += jerk * n * (left - 0.5 * (n - 1.0));
             left -= n;
         }
@@ -109,11 +110,26 @@ impl Course {
     }
 }
 
+/// What a course breaks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Breach {
+    /// A velocity, or the end of the path: braking less hard would break it as well.
+    Velocity,
+    /// An acceleration or a jerk.
+    Change,
+}
+
 /// Ticks around a joint whose differences see both sides of it.
 const AROUND: f32 = 2.0;
 
 /// Ticks within one node from which on the middle of a step is looked at, too.
-const LONG: u32 = 6;
+const LONG: f32 = 6.0;
+
+/// A joint that leaves more than this share of the limits bends what is asked of the axes no more than the curve does.
+const SMOOTH: f32 = 0.99;
+
+/// Steps in which the end of a node is approached: Newton's method where the motion slows down.
+const APPROACHES: u32 = 4;
 
 /// An acceleration of the other sign that is less than this share of a tick of jerk is rounding.
 const NO_TICK: f32 = 1.0 / 256.0;
@@ -165,15 +181,14 @@ pub(super) const TAKING: Tolerance = Tolerance {
 };
 
 impl View<'_> {
-    /// Runs `course` from `from`; the motion at its end, or `None` if a limit breaks on the way. Does not go beyond node
-    /// `last`.
+    /// Runs `course` from `from`; the motion at its end, or which limit breaks on the way. Does not go beyond node `last`.
     pub(super) fn follow(
         &self,
         from: &Motion,
         course: &Course,
         last: usize,
         tolerance: Tolerance,
-    ) -> Option<Motion> {
+    ) -> Result<Motion, Breach> {
         let h = course.h;
         let mut at = *from;
         let mut fastest = from.v;
@@ -187,7 +202,7 @@ impl View<'_> {
                 ..*at
             };
             if ticks > 0 && !(keeps(&at, all) && self.beside(&at, jerk, last, tolerance)) {
-                return None;
+                return Err(Breach::Change);
             }
             let mut remaining = ticks;
             while remaining > 0 {
@@ -196,39 +211,49 @@ impl View<'_> {
                 let mut speeds = at.speeds(&next, jerk, h);
                 if at.node < last && next.left < 0.0 {
                     // As far as it surely stays inside; over the joint tick by tick.
-                    n = ((at.left / (h * speeds[1])) as u32).clamp(1, n);
-                    next = at.after(jerk, n as f32, h);
-                    if n > 1 && next.left < 0.0 {
-                        n = 1;
-                        next = at.after(jerk, 1.0, h);
+                    let end = next;
+                    (n, next) = (0, at);
+                    for _ in 0..APPROACHES {
+                        speeds = next.speeds(&end, jerk, h);
+                        let more = (next.left / (h * speeds[1])) as u32;
+                        if more == 0 || more >= remaining - n {
+                            break;
+                        }
+                        let there = at.after(jerk, (n + more) as f32, h);
+                        if there.left < 0.0 {
+                            break;
+                        }
+                        (n, next) = (n + more, there);
+                    }
+                    if n == 0 {
+                        (n, next) = (1, at.after(jerk, 1.0, h));
                     }
                     speeds = at.speeds(&next, jerk, h);
                 }
                 remaining -= n;
                 let v = speeds[1];
-                fastest = fastest.max(v);
+                fastest = larger(fastest, v);
                 let node = self.nodes.get(at.node);
                 let rounded = fastest * ROUNDING;
                 if v > node.limits.v * tolerance.v + rounded
                     || speeds[0] < -tolerance.back * fastest
                 {
-                    return None;
+                    return Err(Breach::Velocity);
                 }
                 // Where the jerk or the node ends; within, what is asked of the axes hardly bends.
-                let ends = n > 1 || remaining == 0 || (next.node < last && next.left < 0.0);
                 let over = next.node < last && next.left < 0.0;
                 let share = if over {
                     tolerance.beside(node.exit_taken.left(v))
                 } else {
                     all
                 };
-                if ends && !keeps(&next, share) {
-                    return None;
+                if (over || remaining == 0) && !keeps(&next, share) {
+                    return Err(Breach::Change);
                 }
-                if n > LONG {
+                if n as f32 * h * self.hz > LONG {
                     let middle = at.after(jerk, (n / 2) as f32, h);
                     if !keeps(&middle, all) {
-                        return None;
+                        return Err(Breach::Change);
                     }
                 }
                 while next.node < last && next.left < 0.0 {
@@ -241,26 +266,26 @@ impl View<'_> {
                     next.node += 1;
                     let inside = self.nodes.get(next.node);
                     next.left += inside.length;
-                    if stop
-                        || v > exit.min(inside.limits.v) * tolerance.v + rounded
-                        || !keeps(&next, share)
-                        || !(remaining == 0 || keeps(&later(&next), share))
-                    {
-                        return None;
+                    if stop || v > smaller(exit, inside.limits.v) * tolerance.v + rounded {
+                        return Err(Breach::Velocity);
+                    }
+                    let ends = remaining == 0 || h * self.hz < 1.0 || share.a.min(share.j) > SMOOTH;
+                    if !(keeps(&next, share) && (ends || keeps(&later(&next), share))) {
+                        return Err(Breach::Change);
                     }
                 }
                 at = next;
             }
             if ticks > 0 && !self.beside(&at, jerk, last, tolerance) {
-                return None;
+                return Err(Breach::Change);
             }
         }
-        Some(at)
+        Ok(at)
     }
 
     /// The velocity that belongs to the acceleration of `at`: differences of positions lie half a tick before those of velocities.
     fn seen(&self, at: &Motion) -> f32 {
-        (at.v - 0.5 * at.a / self.hz).max(0.0)
+        larger(0.0, at.v - 0.5 * at.a / self.hz)
     }
 
     /// Where `jerk` leads from `from` in `ticks`, whatever the limits.
@@ -280,7 +305,7 @@ impl View<'_> {
         // `joint` is the node in front of it.
         let keeps = |index: usize, joint: usize| {
             let share = tolerance.beside(self.nodes.get(joint).exit_taken.left(at.v));
-            let v = self.seen(at).min(self.nodes.get(index).limits.v);
+            let v = smaller(self.seen(at), self.nodes.get(index).limits.v);
             self.keeps(index, [v, at.a, jerk], share)
         };
         let both = |joint: usize| keeps(joint, joint) && keeps(joint + 1, joint);

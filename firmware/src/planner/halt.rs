@@ -4,11 +4,12 @@
 //! from its ends and its middle. Shares of what is allowed there are tried, the largest first, by running the way to rest.
 
 use super::brake::{brake, Grip};
-use super::course::{Course, Motion, BRAKING};
+use super::course::{Breach, Course, Motion, BRAKING};
 use super::profile::{View, UNIT};
 use crate::interpolator::braking::{
     BrakeLimits, BrakeStage, Braking, STAGES, STAGE_A_FRAC, STAGE_J_FRAC, STAGE_V_FRAC,
 };
+use crate::units::{larger, smaller};
 
 /// Shares of the limits that braking is tried with.
 const SHARES: [f32; 8] = [0.999, 0.9, 0.75, 0.6, 0.45, 0.3, 0.2, 0.1];
@@ -31,22 +32,23 @@ impl View<'_> {
     pub(super) fn brake_limits(&self, before: &Motion, jerk: f32, ticks: u32) -> BrakeLimits {
         let after = self.motion();
         let middle = self.along(before, jerk, ticks / 2);
-        let v = before.v.max(after.v);
+        let v = larger(before.v, after.v);
         let whole = self.even(before).least(self.even(&after));
         // What already slows down does not do so less, neither here nor there.
-        let least = (-before.a).max(-after.a);
-        let mut shares = SHARES.iter().map(|&share| {
+        let least = larger(-before.a, -after.a);
+        let found = self.largest(&SHARES, |share| {
             let grip = whole.share(share);
-            Grip {
-                a: grip.a.max(least),
+            let grip = Grip {
+                a: larger(grip.a, least),
                 ..grip
+            };
+            for at in [&after, before, &middle] {
+                self.halts(at, grip)?;
             }
-        });
-        let found = shares.find(|grip| {
-            self.halts(&after, *grip) && self.halts(before, *grip) && self.halts(&middle, *grip)
+            Ok(grip)
         });
         let grip = found.unwrap_or(Grip {
-            a: whole.a.max(least),
+            a: larger(whole.a, least),
             ..whole
         });
         let stage = self.in_units(grip, v);
@@ -64,38 +66,45 @@ impl View<'_> {
         // As much as a piece can say.
         let most = |bits: u32, unit: f32| u32::MAX as f32 / (1_u64 << bits) as f32 * unit;
         Grip::even(
-            grip.a.min(most(STAGE_A_FRAC, hz * hz)),
-            grip.down.min(grip.up).min(most(STAGE_J_FRAC, hz * hz * hz)),
+            smaller(grip.a, most(STAGE_A_FRAC, hz * hz)),
+            smaller(
+                smaller(grip.down, grip.up),
+                most(STAGE_J_FRAC, hz * hz * hz),
+            ),
         )
     }
 
-    /// Whether braking from `at` within `grip` keeps every limit and ends on the path.
-    fn halts(&self, at: &Motion, grip: Grip) -> bool {
+    /// What braking from `at` within `grip` breaks, the end of the path included.
+    fn halts(&self, at: &Motion, grip: Grip) -> Result<(), Breach> {
         if at.v <= 0.0 {
-            return true;
+            return Ok(());
         }
         let halt = brake(at.v, at.a, 0.0, grip);
         let time: f32 = halt.time.iter().sum();
         if !(time * self.hz <= LONGEST) {
-            return false;
+            return Err(Breach::Velocity);
         }
         let last = self.end - 1;
         let end = if time * self.hz <= SHORT as f32 {
-            self.halt_in_ticks(at, grip)
+            self.halt_in_ticks(at, grip)?
         } else {
             // The interrupt keeps to no phases of whole ticks; in whole ones all would be a little gentler.
             let h = PART / self.hz;
-            let parts = halt.time.map(|t| libm::ceilf(t / h).max(1.0) as u32);
-            let course = Course::slowing(at, 0.0, parts, h);
-            course.and_then(|course| self.follow(at, &course, last, BRAKING))
+            let parts = halt.time.map(|t| (libm::ceilf(t / h) as u32).max(1));
+            let course = Course::slowing(at, 0.0, parts, h).ok_or(Breach::Velocity)?;
+            self.follow(at, &course, last, BRAKING)?
         };
         // Braking in whole ticks is behind the continuous motion by half a tick of jerk in velocity, at most.
         let room = halt.distance * ROUNDING + 0.5 * time * grip.down / (self.hz * self.hz);
-        end.is_some_and(|end| end.node < last || end.left >= room)
+        if end.node < last || end.left >= room {
+            Ok(())
+        } else {
+            Err(Breach::Velocity)
+        }
     }
 
     /// The end of braking from `at` within `grip`, done as the interrupt does it: in a few ticks, whole phases would be much gentler.
-    fn halt_in_ticks(&self, at: &Motion, grip: Grip) -> Option<Motion> {
+    fn halt_in_ticks(&self, at: &Motion, grip: Grip) -> Result<Motion, Breach> {
         let per_tick = UNIT / self.hz;
         let per_tick2 = per_tick / self.hz;
         let (mut v, mut d) = ((at.v * per_tick) as i128, (-at.a * per_tick2) as i128);
@@ -107,7 +116,7 @@ impl View<'_> {
         let mut at = *at;
         for _ in 0..2 * SHORT {
             if v <= 0 {
-                return Some(at);
+                return Ok(at);
             }
             let next = braking.next(v, d);
             let course = Course {
@@ -120,7 +129,7 @@ impl View<'_> {
             // Sums of so few digits would miss the rest.
             (at.v, at.a) = (v as f32 / per_tick, -(d as f32) / per_tick2);
         }
-        None
+        Err(Breach::Velocity)
     }
 
     fn in_units(&self, grip: Grip, v: f32) -> BrakeStage {

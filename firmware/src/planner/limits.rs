@@ -8,7 +8,7 @@ use super::span::Span;
 use crate::config::{AxisConfig, Config};
 use crate::geometry::arc::{PathDerivatives, PathShape};
 use crate::interpolator::T_FRAC;
-use crate::units::{sqrt, AxisVec, AXES};
+use crate::units::{larger, smaller, sqrt, AxisVec, AXES};
 
 /// What curvature alone may take of an axis' acceleration and of its jerk at the largest velocity of a segment: more than there
 /// is, since speeding up or slowing down may make up for it. What is planned is run, so this only ends the search.
@@ -108,8 +108,8 @@ impl PathLimits {
     #[must_use]
     pub fn least(self, other: Self) -> Self {
         Self {
-            a: self.a.min(other.a),
-            j: self.j.min(other.j),
+            a: smaller(self.a, other.a),
+            j: smaller(self.j, other.j),
         }
     }
 }
@@ -181,18 +181,18 @@ impl CurveLimits {
     /// `|3 q'' v a + q''' v^3|` within what jerk leaves, so that it can be changed again.
     #[must_use]
     pub fn acceleration(&self, rates: &Rates, v: f32) -> Range {
-        let v = v.min(self.v);
+        let v = smaller(v, self.v);
         let (square, thrice) = (v * v, 3.0 * v);
         let cube = square * v;
         let mut range = Range::within(f32::MAX);
         for i in 0..AXES {
             let [first, second, third] = self.of_axis(i).map(Span::ends);
-            let below = (rates.a[i] + square * second[0]).max(0.0);
-            let above = (rates.a[i] - square * second[1]).max(0.0);
+            let below = larger(0.0, rates.a[i] + square * second[0]);
+            let above = larger(0.0, rates.a[i] - square * second[1]);
             range.keep(first, below, above);
             let rate = NEUTRAL_SHARE * rates.j[i];
-            let below = (rate + cube * third[0]).max(0.0);
-            let above = (rate - cube * third[1]).max(0.0);
+            let below = larger(0.0, rate + cube * third[0]);
+            let above = larger(0.0, rate - cube * third[1]);
             range.keep(second.map(|end| thrice * end), below, above);
         }
         range
@@ -202,7 +202,7 @@ impl CurveLimits {
     /// axis.
     #[must_use]
     pub fn jerk(&self, rates: &Rates, v: f32, a: f32) -> Range {
-        let v = v.min(self.v);
+        let v = smaller(v, self.v);
         let (cross, cube) = (3.0 * v * a, v * v * v);
         let mut range = Range::within(rates.most);
         for i in 0..AXES {
@@ -210,8 +210,8 @@ impl CurveLimits {
             let (x, y) = (cross * second[0], cross * second[1]);
             let rate = rates.j[i];
             let floor = LEAST_JERK * rates.j[i];
-            let below = (rate + x.min(y) + cube * third[0]).max(floor);
-            let above = (rate - x.max(y) - cube * third[1]).max(floor);
+            let below = larger(floor, rate + smaller(x, y) + cube * third[0]);
+            let above = larger(floor, rate - larger(x, y) - cube * third[1]);
             range.keep(first, below, above);
         }
         range
@@ -223,28 +223,31 @@ impl CurveLimits {
     pub fn keeps(&self, rates: &Rates, [v, a, j]: [f32; 3], share: Share) -> bool {
         let (square, cross, cube) = (v * v, 3.0 * v * a, v * v * v);
         let wide = [a, j, cross].map(f32::abs);
-        (0..AXES).all(|i| {
+        for i in 0..AXES {
             let spans = self.of_axis(i);
-            if spans == [Span::ZERO; 3] {
-                return true;
+            if Span::are_zero(spans) {
+                continue;
             }
             let [[q1, r1], [q2, r2], [q3, r3]] = spans.map(Span::parts);
             let acceleration = (q1 * a + q2 * square).abs() + (r1 * wide[0] + r2 * square);
             let jerk =
                 (q1 * j + q2 * cross + q3 * cube).abs() + (r1 * wide[1] + r2 * wide[2] + r3 * cube);
-            acceleration <= share.a * rates.a[i] && jerk <= share.j * rates.j[i]
-        })
+            if !(acceleration <= share.a * rates.a[i] && jerk <= share.j * rates.j[i]) {
+                return false;
+            }
+        }
+        true
     }
 
     /// Limits that hold at `v`, whichever way the motion is changed.
     #[must_use]
     pub fn at(&self, rates: &Rates, v: f32) -> PathLimits {
         let Range { down, up } = self.acceleration(rates, v);
-        let a = down.min(up);
+        let a = smaller(down, up);
         let [x, y] = [a, -a].map(|a| self.jerk(rates, v, a));
         PathLimits {
             a,
-            j: x.down.min(x.up).min(y.down).min(y.up),
+            j: smaller(smaller(x.down, x.up), smaller(y.down, y.up)),
         }
     }
 
@@ -299,8 +302,8 @@ impl Taken {
         let [fixed, linear, square] = self.j;
         let taken = fixed + v * (linear + v * square);
         Share {
-            a: 1.0 - (self.a * v).min(JOINT_ACCELERATION),
-            j: 1.0 - taken.min(JOINT_SHARE),
+            a: 1.0 - smaller(JOINT_ACCELERATION, self.a * v),
+            j: 1.0 - smaller(JOINT_SHARE, taken),
         }
     }
 }
@@ -345,7 +348,7 @@ fn axis_jerk(config: &Config, axis: usize, soft: bool) -> f32 {
 #[must_use]
 pub fn velocity_limit(config: &Config, shape: &PathShape, length: f32, soft: bool) -> f32 {
     let most = |low: &AxisVec, high: &AxisVec| -> AxisVec {
-        core::array::from_fn(|i| high[i].max(-low[i]))
+        core::array::from_fn(|i| larger(high[i], -low[i]))
     };
     let first = most(&shape.low.first, &shape.high.first);
     let second = most(&shape.low.second, &shape.high.second);
@@ -355,10 +358,10 @@ pub fn velocity_limit(config: &Config, shape: &PathShape, length: f32, soft: boo
     for a in 0..AXES {
         let axis = &config.axes[a];
         if first[a] > 0.0 {
-            v = v.min(axis.v_max / first[a]);
+            v = smaller(v, axis.v_max / first[a]);
         }
         if second[a] > 0.0 {
-            v = v.min(sqrt(CURVATURE_SHARE * axis.a_max / second[a]));
+            v = smaller(v, sqrt(CURVATURE_SHARE * axis.a_max / second[a]));
         }
         if third[a] > 0.0 {
             v = v.min(libm::cbrtf(
@@ -399,7 +402,7 @@ pub fn joint(
             } else {
                 JOINT_ACCELERATION * axis.a_max / hz
             };
-            let step = smooth.max(axis.corner_step);
+            let step = larger(smooth, axis.corner_step);
             if allowed * step1 > step {
                 allowed = step / step1;
             }
@@ -431,7 +434,7 @@ pub fn joint(
         } else {
             0.0
         };
-        allowed = allowed.min(good.max(corner));
+        allowed = smaller(allowed, larger(good, corner));
     }
     if allowed < STOP_SHARE * v {
         // The joint is a stop: nothing is passed, nothing is taken.
@@ -442,12 +445,12 @@ pub fn joint(
         let axis = &config.axes[a];
         let step1 = (after.first[a] - before.first[a]).abs();
         let step2 = SAMPLED_STEP * (after.second[a] - before.second[a]).abs();
-        taken.a = taken.a.max(step1 * hz / axis.a_max);
+        taken.a = larger(taken.a, step1 * hz / axis.a_max);
         if soft {
             let limit = axis_jerk(config, a, soft);
             let costs = [step1 * axis.a_max * hz, step1 * hz * hz, step2 * hz];
             for (most, cost) in taken.j.iter_mut().zip(costs) {
-                *most = most.max(cost / limit);
+                *most = larger(*most, cost / limit);
             }
         }
     }

@@ -380,10 +380,12 @@ impl<'a> Planner<'a> {
         if self.change_tempo(config) {
             return true;
         }
-        match self
+        let begun = self.begun(config);
+        let around = self.looks_around();
+        let decision = self
             .view(config)
-            .decide(self.begun(config).as_ref(), self.known_way())
-        {
+            .decide(begun.as_ref(), self.known_way(), around);
+        match decision {
             Decision::Go(jerk, ticks, way) => {
                 self.take_way(way);
                 self.emit(config, &[(jerk, ticks)], PieceEnd::Continue);

@@ -12,22 +12,43 @@ use super::limits::{PathLimits, Range, Rates, Share};
 use super::nodes::Nodes;
 use super::refuge::Way;
 use crate::interpolator::{widen, PathState, T_FRAC};
-use crate::units::sqrt;
+use crate::units::{larger, smaller, sqrt};
 
 /// Segments looked at ahead of the one being driven.
 pub const LOOK_AHEAD: usize = 128;
 
-/// Longest greedy piece.
-const TICKS_MAX: u32 = 8;
+/// How closely decisions are looked for: with jerk limited, where a piece bends the motion little, and without.
+pub(super) struct Effort {
+    /// Longest piece while speeding up or cruising, ticks.
+    ticks: u32,
+    /// Longest piece of a slowing down, ticks: a request that counts meanwhile waits for its end at most.
+    pub(super) slowing: u32,
+    /// Halvings of the range of jerks.
+    halvings: u32,
+    /// The first of them in which a way to rest of another kind is looked for.
+    full: u32,
+}
+
+const EFFORTS: [Effort; 2] = [
+    Effort {
+        ticks: 12,
+        slowing: 16,
+        halvings: 4,
+        full: 1,
+    },
+    Effort {
+        ticks: 8,
+        slowing: 10,
+        halvings: 6,
+        full: 3,
+    },
+];
 
 /// Phases of a rest-to-rest move, in ticks, that are tried at most where they are longer than the limits ask for.
 const HOPS: u32 = 6;
 
-/// The first of them in which a way to rest of another kind is looked for.
-const FULL: u32 = 2;
-
-/// Halvings of the range of jerks.
-const HALVINGS: u32 = 6;
+/// Part of that range that is tried first where jerk is limited.
+const LEAST_GAIN: f32 = 1.0 / 8.0;
 
 /// Lengths that the phases of a move from rest to rest are tried with, each twice the one before.
 const CREEPS: u32 = 14;
@@ -97,13 +118,16 @@ struct StopAhead {
     index: usize,
     distance_q: i128,
     distance: f32,
-    /// Jerk at standstill.
-    j: f32,
 }
 
 impl View<'_> {
     fn rates(&self, index: usize) -> &Rates {
         &self.rates[usize::from(self.nodes.get(index).brisk)]
+    }
+
+    /// How closely decisions are looked for in node `index`.
+    pub(super) fn effort(&self, index: usize) -> &'static Effort {
+        &EFFORTS[usize::from(self.nodes.get(index).brisk)]
     }
 
     /// Accelerations allowed in node `index` at velocity `v`.
@@ -145,27 +169,36 @@ impl View<'_> {
 
     fn stop_ahead(&self) -> Option<StopAhead> {
         let mut distance_q = -self.state.s;
-        let mut j = f32::MAX;
         for index in self.cursor..self.end {
             let node = self.nodes.get(index);
             distance_q += widen(node.length_q);
-            j = j.min(self.still_jerk(index));
             if node.stop {
                 return Some(StopAhead {
                     index,
                     distance_q,
                     distance: distance_q as f32 / UNIT,
-                    j,
                 });
             }
         }
         None
     }
 
+    /// Length of a phase of a rest-to-rest move over the distance to `stop`, s, if it is less than `below`: such a move takes
+    /// about 4 cbrt(D / 2 J) with the jerk J at standstill.
+    fn hop_time(&self, stop: &StopAhead, below: f32) -> Option<f32> {
+        let time = |j: f32| libm::cbrtf(larger(stop.distance, 0.0) / (2.0 * j));
+        // The window is long: the jerk on the way is of no matter where that here is too much already.
+        if time(self.still_jerk(self.cursor)) >= below {
+            return None;
+        }
+        let jerks = (self.cursor..=stop.index).map(|index| self.still_jerk(index));
+        Some(time(jerks.fold(f32::MAX, smaller))).filter(|&time| time < below)
+    }
+
     /// The next thing to run; `begun` is the slowing down that can be gone on with, and must be where nothing better is
     /// found.
     #[must_use]
-    pub(super) fn decide(&self, begun: Option<&Course>, known: &Way) -> Decision {
+    pub(super) fn decide(&self, begun: Option<&Course>, known: &Way, around: bool) -> Decision {
         let stop = self.stop_ahead();
         if let Some(stop) = &stop {
             // What rounding leaves of a standstill is one: nothing could be done from it a whole tick long.
@@ -182,29 +215,29 @@ impl View<'_> {
                 };
             }
         }
-        self.greedy(stop.as_ref(), begun, known)
+        self.greedy(stop.as_ref(), begun, known, around)
     }
 
-    fn greedy(&self, stop: Option<&StopAhead>, begun: Option<&Course>, known: &Way) -> Decision {
+    fn greedy(&self, stop: Option<&StopAhead>, begun: Option<&Course>, known: &Way, around: bool) -> Decision {
         let start = self.motion();
         let node = self.nodes.get(start.node);
         let limits = &node.limits;
+        let effort = self.effort(start.node);
         let range = self.acceleration(start.node, start.v);
         let jerks = self.jerk(start.node, start.v, start.a);
         // Short against the time the acceleration takes to build up.
         let still = self.at(start.node, 0.0);
         let mut scale = still.a / still.j;
-        if let Some(stop) = stop {
-            // A rest-to-rest move over this distance takes about 4 cbrt(D / 2 J).
-            scale = scale.min(libm::cbrtf(stop.distance.max(0.0) / (2.0 * stop.j)));
+        if let Some(time) = stop.and_then(|stop| self.hop_time(stop, scale)) {
+            scale = time;
         }
         // Nothing builds up while cruising, nor at the limit of acceleration where jerk is no matter.
         let top = limits.v;
         let cruising = start.v >= top * CRUISE && start.a.abs() <= NO_ACCELERATION * still.a;
         let most = if cruising || (start.a >= 0.999 * range.up && node.brisk) {
-            TICKS_MAX
+            effort.ticks
         } else {
-            ((scale * self.hz * 0.125) as u32).clamp(1, TICKS_MAX)
+            ((scale * self.hz * 0.125) as u32).clamp(1, effort.ticks)
         };
         let floor = begun.map_or(0.0, |course| course.mean(most));
         let unit = UNIT / (self.hz * self.hz * self.hz);
@@ -216,7 +249,7 @@ impl View<'_> {
                 jerk: [jerk, 0.0, 0.0],
                 ticks: [ticks, 0, 0],
             };
-            self.follow(&start, &course, self.end - 1, PREDICTING)
+            self.follow(&start, &course, self.end - 1, PREDICTING).ok()
         };
         let end = |jerk: f32| after(jerk, ticks);
         let same = |jerk: f32| self.same_refuge(&end(jerk)?, known);
@@ -238,34 +271,42 @@ impl View<'_> {
                 return decision;
             }
         }
-        let high = jerks.up.min((range.up - start.a) / time);
+        let high = smaller(jerks.up, (range.up - start.a) / time);
         if high <= floor {
             return Decision::GoOn;
         }
         if let Some((phases, way)) = self.settle(&start, floor, jerks) {
             return Decision::Settle(phases, way);
         }
-        if let Some(way) = same(high).or_else(|| any(high)) {
+        if let Some(way) = same(high) {
             return go(high, way);
         }
+        // Where not even a small gain can be had, as while braking is gone on with, nothing else is tried. Not so where acceleration
+        // builds up at once: near the floor it takes as many ticks as there are.
         let (mut good, mut bad) = (floor, high);
         let mut found = None;
-        for k in 0..HALVINGS {
-            let middle = 0.5 * (good + bad);
-            let way = if k >= FULL {
-                same(middle)
-            } else {
-                same(middle).or_else(|| any(middle))
-            };
-            if let Some(way) = way {
-                found = Some((middle, way));
-                good = middle;
-            } else {
-                bad = middle;
+        if !node.brisk {
+            good += LEAST_GAIN * (high - floor);
+            let other = || around.then(|| any(good)).flatten();
+            found = same(good).or_else(other);
+        }
+        if node.brisk || found.is_some() {
+            if let Some(way) = any(high) {
+                return go(high, way);
+            }
+            for k in 0..effort.halvings {
+                let middle = 0.5 * (good + bad);
+                let full = || (k < effort.full).then(|| any(middle)).flatten();
+                if let Some(way) = same(middle).or_else(full) {
+                    found = Some(way);
+                    good = middle;
+                } else {
+                    bad = middle;
+                }
             }
         }
-        if let Some((jerk, way)) = found {
-            return go(jerk, way);
+        if let Some(way) = found {
+            return go(good, way);
         }
         if begun.is_none() && self.state.v == 0 {
             return self.creep();
@@ -283,15 +324,16 @@ impl View<'_> {
     fn settle(&self, at: &Motion, floor: f32, jerks: Range) -> Option<([(i64, u32); 2], Way)> {
         let top = self.nodes.get(at.node).limits.v;
         let gap = top - at.v;
-        let jerk = jerks.up.min(jerks.down);
+        let jerk = smaller(jerks.up, jerks.down);
         let n = libm::ceilf(sqrt(gap / jerk) * self.hz);
-        if !(floor <= 0.0 && 0.0 < gap && n <= TICKS_MAX as f32) {
+        if !(floor <= 0.0 && 0.0 < gap && n <= self.effort(at.node).ticks as f32) {
             return None;
         }
         let n = (n as u32).max(1);
         let to = f64::from(top) / f64::from(self.hz) * f64::from(UNIT);
         let phases = slow(&self.state, to as i128, [n, 0, n])?;
-        let end = self.follow(at, &self.course(&phases), self.end - 1, PREDICTING)?;
+        let course = self.course(&phases);
+        let end = self.follow(at, &course, self.end - 1, PREDICTING).ok()?;
         let [up, _, down] = phases;
         Some(([up, down], self.refuge(&end)?))
     }
@@ -311,8 +353,9 @@ impl View<'_> {
             let m = 2 << k;
             let j = hop(distance, m);
             let phases = [(j, m), (-j, 2 * m), (j, m)];
-            self.follow(&start, &self.course(&phases), self.end - 1, PREDICTING)?;
-            Some(phases)
+            let course = self.course(&phases);
+            let end = self.follow(&start, &course, self.end - 1, PREDICTING);
+            end.is_ok().then_some(phases)
         });
         found.map_or(Decision::GoOn, Decision::Creep)
     }
@@ -323,14 +366,15 @@ impl View<'_> {
             return Some([(0, 1), (0, 0), (0, 1)]);
         }
         let start = self.motion();
-        let time = libm::cbrtf(stop.distance / (2.0 * stop.j));
+        let time = self.hop_time(stop, f32::INFINITY)?;
         let shortest = libm::ceilf(time * self.hz).max(1.0) as u32;
         // A longer one where a tick is all the difference.
         (shortest..shortest.max(HOPS) + 2).find_map(|m| {
             let j = hop(stop.distance_q, m);
             let phases = [(j, m), (-j, 2 * m), (j, m)];
-            self.follow(&start, &self.course(&phases), stop.index, PREDICTING)?;
-            Some(phases)
+            let course = self.course(&phases);
+            let end = self.follow(&start, &course, stop.index, PREDICTING);
+            end.is_ok().then_some(phases)
         })
     }
 
@@ -366,7 +410,7 @@ impl View<'_> {
             if let Some(phases) = land(&self.state, stop.distance_q, ticks) {
                 if self
                     .follow(&m, &self.course(&phases), stop.index, TAKING)
-                    .is_some()
+                    .is_ok()
                 {
                     return Some(phases);
                 }

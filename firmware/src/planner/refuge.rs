@@ -8,9 +8,9 @@
 use heapless::Vec;
 
 use super::brake::{brake, slow, Grip, Phases};
-use super::course::{Course, Motion, PREDICTING};
+use super::course::{Breach, Course, Motion, PREDICTING};
 use super::profile::{View, UNIT};
-use crate::units::sqrt;
+use crate::units::{larger, smaller, sqrt};
 
 /// Longest phase of a leg, ticks: the rounding of its jerk to 2^-72 grows with the cube.
 const PHASE_MAX: u32 = 8192;
@@ -72,7 +72,7 @@ impl View<'_> {
         let mut way = Way::new();
         let mut at = *at;
         for leg in known.iter().rev() {
-            let Some((next, end)) = self.leg(&at, leg.goal, leg.share)? else {
+            let Some((next, end)) = self.leg(&at, leg.goal, leg.share).ok()? else {
                 continue;
             };
             way.insert(0, next).ok()?;
@@ -85,18 +85,22 @@ impl View<'_> {
     pub(super) fn refuge(&self, at: &Motion) -> Option<Way> {
         let halt = |at: &Motion| {
             let grip = self.grip(at, 0.0, at.node);
-            HALTS.iter().find_map(|&share| {
+            let leg = self.largest(&HALTS, |share| {
                 let (leg, end) = self.run(at, Goal::Halt, 0.0, grip, share)?;
-                let way = Way::from_slice(&[leg]).ok()?;
-                self.rests(&way, &end).then_some(way)
-            })
+                if self.on_path(&end) {
+                    Ok(leg)
+                } else {
+                    Err(Breach::Velocity)
+                }
+            })?;
+            Way::from_slice(&[leg]).ok()
         };
         let behind = |goal: Goal| {
-            OTHERS.iter().find_map(|&share| {
-                let (leg, end) = self.leg(at, goal, share)??;
-                let mut way = halt(&end)?;
-                way.push(leg).ok()?;
-                Some(way)
+            self.largest(&OTHERS, |share| {
+                let (leg, end) = self.leg(at, goal, share)?.ok_or(Breach::Velocity)?;
+                let mut way = halt(&end).ok_or(Breach::Velocity)?;
+                way.push(leg).map_err(|_| Breach::Velocity)?;
+                Ok(way)
             })
         };
         halt(at)
@@ -107,9 +111,25 @@ impl View<'_> {
             .or_else(|| behind(self.tightest(at)?))
     }
 
-    /// The leg from `at` to `goal` with `share` of the limits, and the motion at its end. `None` if that breaks a limit; none is
-    /// needed where the goal lies behind.
-    fn leg(&self, at: &Motion, goal: Goal, share: f32) -> Option<Option<(Leg, Motion)>> {
+    /// What `run` finds with the largest of `shares` that keeps the limits. Where a velocity breaks, less of them is of no use.
+    pub(super) fn largest<T>(
+        &self,
+        shares: &[f32],
+        mut run: impl FnMut(f32) -> Result<T, Breach>,
+    ) -> Option<T> {
+        for &share in shares {
+            match run(share) {
+                Ok(found) => return Some(found),
+                Err(Breach::Velocity) => return None,
+                Err(Breach::Change) => {}
+            }
+        }
+        None
+    }
+
+    /// The leg from `at` to `goal` with `share` of the limits, and the motion at its end, or what that breaks; none is needed
+    /// where the goal lies behind.
+    fn leg(&self, at: &Motion, goal: Goal, share: f32) -> Result<Option<(Leg, Motion)>, Breach> {
         match goal {
             Goal::Halt => {
                 let grip = self.grip(at, 0.0, at.node);
@@ -118,9 +138,9 @@ impl View<'_> {
             Goal::Release => {
                 let jerks = self.jerk(at.node, at.v, at.a);
                 let jerk = share * if at.a > 0.0 { jerks.down } else { jerks.up };
-                let ticks = libm::ceilf(at.a.abs() / jerk * self.hz).max(1.0);
+                let ticks = larger(1.0, libm::ceilf(at.a.abs() / jerk * self.hz));
                 if !(ticks <= PHASE_MAX as f32) {
-                    return None;
+                    return Err(Breach::Velocity);
                 }
                 let ticks = [0, 0, ticks as u32];
                 let to = at.v;
@@ -130,13 +150,13 @@ impl View<'_> {
                     to,
                     ticks,
                 };
-                Some(Some((leg, self.end_of(at, &leg)?)))
+                Ok(Some((leg, self.end_of(at, &leg)?)))
             }
             Goal::Limit { to, number } => {
                 // Behind, it is beyond the window.
                 let node = number.wrapping_sub(self.first) as usize;
-                if !(at.node..self.end).contains(&node) || to >= at.v + at.a.max(0.0) {
-                    return Some(None);
+                if !(at.node..self.end).contains(&node) || to >= at.v + larger(0.0, at.a) {
+                    return Ok(None);
                 }
                 let grip = self.grip(at, to, node);
                 self.run(at, goal, to, grip, share).map(Some)
@@ -152,11 +172,11 @@ impl View<'_> {
         to: f32,
         grip: Grip,
         share: f32,
-    ) -> Option<(Leg, Motion)> {
+    ) -> Result<(Leg, Motion), Breach> {
         let time = brake(at.v, at.a, to, grip.share(share)).time;
         let ticks = time.map(|t| (libm::ceilf(t * self.hz) as u32).max(1));
         if ticks.iter().any(|&n| n > PHASE_MAX) {
-            return None;
+            return Err(Breach::Velocity);
         }
         let leg = Leg {
             goal,
@@ -164,27 +184,31 @@ impl View<'_> {
             to,
             ticks,
         };
-        Some((leg, self.end_of(at, &leg)?))
+        Ok((leg, self.end_of(at, &leg)?))
     }
 
-    fn end_of(&self, at: &Motion, leg: &Leg) -> Option<Motion> {
-        let course = leg.course(at, 1.0 / self.hz)?;
+    fn end_of(&self, at: &Motion, leg: &Leg) -> Result<Motion, Breach> {
+        let course = leg.course(at, 1.0 / self.hz).ok_or(Breach::Velocity)?;
         self.follow(at, &course, self.end - 1, PREDICTING)
     }
 
     /// Whether `way`, which ends in `end`, ends at rest and on the path.
     fn rests(&self, way: &Way, end: &Motion) -> bool {
-        let last = self.end - 1;
         let halts = way
             .first()
             .is_some_and(|leg| matches!(leg.goal, Goal::Halt));
-        halts && (end.node < last || end.left >= 0.0)
+        halts && self.on_path(end)
+    }
+
+    /// Whether `end` does not lie behind what is known of the path.
+    fn on_path(&self, end: &Motion) -> bool {
+        end.node < self.end - 1 || end.left >= 0.0
     }
 
     /// The velocity limit ahead that leaves the least room for braking to it.
     fn tightest(&self, at: &Motion) -> Option<Goal> {
         let here = self.grip(at, 0.0, at.node);
-        let rising = at.a.max(0.0);
+        let rising = larger(0.0, at.a);
         let mut lowest = at.v + rising * rising / (2.0 * here.down);
         let mut distance = at.left;
         let mut tightest = None;
@@ -193,7 +217,7 @@ impl View<'_> {
         for index in at.node..self.end {
             let node = self.nodes.get(index);
             let next = self.nodes.get(index + 1);
-            let cap = node.exit_v.min(next.limits.v);
+            let cap = smaller(node.exit_v, next.limits.v);
             if node.stop {
                 break;
             }
@@ -221,11 +245,11 @@ impl View<'_> {
     pub(super) fn grip(&self, at: &Motion, to: f32, last: usize) -> Grip {
         let middle = MIDDLE * at.v + (1.0 - MIDDLE) * to;
         let most = self.acceleration(at.node, middle).down;
-        let free = sqrt((at.v - to).max(0.0) * self.jerk(at.node, middle, 0.0).down);
-        let half = self.jerk(at.node, middle, -0.5 * most.min(free)).down;
+        let free = sqrt(larger(0.0, at.v - to) * self.jerk(at.node, middle, 0.0).down);
+        let half = self.jerk(at.node, middle, -0.5 * smaller(most, free)).down;
         Grip {
             a: most,
-            down: self.jerk(at.node, at.v, at.a).down.min(half),
+            down: smaller(self.jerk(at.node, at.v, at.a).down, half),
             up: self.jerk(last, to, 0.0).up,
         }
     }

@@ -38,6 +38,13 @@ impl Span {
         Self(middle.to_bits() | half)
     }
 
+    /// Whether all of them are nothing but zero.
+    #[inline]
+    #[must_use]
+    pub fn are_zero([a, b, c]: [Self; 3]) -> bool {
+        (a.0 | b.0 | c.0) == 0
+    }
+
     /// Middle and half width.
     #[inline]
     #[must_use]
