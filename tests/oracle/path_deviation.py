@@ -29,6 +29,9 @@ GAUSS_X, GAUSS_W = np.polynomial.legendre.leggauss(16)
 PER_SEGMENT = 64
 # Largest angle of the cubic pieces an arc is made of: 0.3 nm off the arc at 20 mm radius (h^4 / 384 of the radius).
 ARC_ANGLE = 0.05
+# Distance from which on a match is looked for more closely, mm or degree.
+DOUBT = 5.0e-4
+FINE = np.linspace(0.0, 1.0, 1025)
 
 
 def chord_lengths(points, linear):
@@ -206,15 +209,22 @@ def match(points, travelled, pieces, lengths, linear, enough=0.0):
     home, inside = cell // PER_SEGMENT, edges[cell % PER_SEGMENT]
     best = np.full(len(points), np.inf)
     turned = np.full(len(points), np.inf)
-    for shift, passes in ((0, 2), (0, 12), (-1, 12), (1, 12), (-2, 12), (2, 12)):
-        rows = np.flatnonzero(np.maximum(best, turned) > enough)
-        if len(rows) == 0:
-            break
-        piece = np.clip(home[rows] + shift, 0, len(pieces) - 1)
-        u = inside[rows] if shift == 0 else np.full(len(rows), 1.0 if shift < 0 else 0.0)
+    def take(rows, piece, u, passes):
         far, turn = nearest(points[rows], pieces[piece], u, linear, passes)
         better = np.maximum(far, turn) < np.maximum(best[rows], turned[rows])
         best[rows[better]], turned[rows[better]] = far[better], turn[better]
+
+    around = lambda rows, shift: np.clip(home[rows] + shift, 0, len(pieces) - 1)
+    for shift, passes in ((0, 2), (0, 12), (-1, 12), (1, 12), (-2, 12), (2, 12)):
+        rows = np.flatnonzero(np.maximum(best, turned) > enough)
+        u = inside[rows] if shift == 0 else np.full(len(rows), 1.0 if shift < 0 else 0.0)
+        take(rows, around(rows, shift), u, passes)
+    # Where a piece bends sharply near its end the search from there may have gone the wrong way: from the nearest of many.
+    for shift in (0, -1, 1, -2, 2):
+        rows = np.flatnonzero(np.maximum(best, turned) > max(enough, DOUBT))
+        piece = around(rows, shift)
+        grid = [((at(pieces[piece], np.full(len(rows), u)) - points[rows]) ** 2).sum(axis=1) for u in FINE]
+        take(rows, piece, FINE[np.argmin(grid, axis=0)], 12)
     return best, turned
 
 

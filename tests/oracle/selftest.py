@@ -38,6 +38,24 @@ X-0.0421 Y0.0133 Z-0.0137 A-0.0267 C-0.0687
 X-0.0062 Y0.0539 Z-0.0010 A0.0350 C-0.0323
 M30
 """
+# An A-spline that turns back within a few hundredths of a millimetre.
+SHARP = """G90 G64 SOFT
+G1 X0 Y0 Z0 A0 C0 F9000
+ASPLINE
+X-11.1382 Y0.1093 Z-10.8243
+X-12.5531 Y-14.3739 Z2.5676
+X-0.5647 Y13.5380 Z-12.9786
+X11.2855 Y7.0037 Z5.5246
+X-5.8499 Y-4.9809 Z7.8329
+X-5.1368 Y-11.2519 Z11.0815
+X-5.8275 Y-11.3739 Z1.6384
+X-11.0671 Y9.6732 Z-4.6798
+X6.7609 Y4.4719 Z5.5863
+X11.6148 Y10.6865 Z-12.1689
+X-12.3937 Y7.5212 Z13.5711
+X8.3095 Y2.2266 Z9.0013
+M30
+"""
 LIMITS = {"mm": (666.6667, 5000.0, 50000.0), "degree": (1.0, 5.0, 50.0)}
 
 
@@ -197,6 +215,23 @@ def turning(folder, failures):
     expect("rotary axes 2 thousandths of a degree beside the curve there are seen", run(), 1, failures)
 
 
+def sharp(folder, failures):
+    """path_deviation beside sharp turns of a curve, with lengths that are a little off."""
+    program = folder / "p.nc"
+    program.write_text(SHARP, encoding="ascii")
+    points, _ = sampled(program, 20_000)
+    linear = np.array([name in "XYZ" for name in NAMES])
+    pieces = path_deviation.curve(nc_program.read(program, NAMES), linear)
+    lengths = path_deviation.length_table(pieces, linear)
+    travelled = np.linspace(0.0, lengths[1][-1], len(points))
+    for off in (-0.1, -0.03, 0.03, 0.1):
+        far, _ = path_deviation.match(points, travelled + off, pieces, lengths, linear)
+        expect(f"points of a curve with sharp turns are on it, {off:+} mm on", far.max() < 1e-6, True, failures)
+    beside = points + [0.0, 0.0, 0.002, 0.0, 0.0]
+    far, _ = path_deviation.match(beside, travelled, pieces, lengths, linear)
+    expect("those beside it are not", 1.9e-3 < far.max() < 2.1e-3, True, failures)
+
+
 def watched(folder, failures):
     """watch on a straight move, all at once and in parts; each kind of violation alone."""
     program = folder / "p.nc"
@@ -258,6 +293,7 @@ def main():
         corners(Path(name), failures)
         deviation(Path(name), failures)
         turning(Path(name), failures)
+        sharp(Path(name), failures)
         watched(Path(name), failures)
     return 1 if failures else 0
 

@@ -2,8 +2,8 @@
 
 use super::limits::{CurveLimits, Joint, Taken};
 
-/// Segments the window can hold. A power of two; includes those already planned but not yet driven.
-pub const NODES: usize = 256;
+/// Segments the window can hold, those included that are planned but not driven yet.
+pub const NODES: usize = 232;
 
 /// One segment as the planner sees it. Words are enough for the alignment of what lies in the window.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -96,14 +96,25 @@ impl Nodes {
     /// Appends; the caller has checked [`Self::is_full`].
     pub fn push(&mut self, node: Node) {
         debug_assert!(!self.is_full());
-        self.ring[(self.head + self.len) % NODES] = node;
+        self.ring[self.place(self.len)] = node;
         self.len += 1;
+    }
+
+    /// Place in the ring of the node `index` places behind the oldest, up to one behind the newest.
+    #[inline]
+    fn place(&self, index: usize) -> usize {
+        let place = self.head + index;
+        if place < NODES {
+            place
+        } else {
+            place - NODES
+        }
     }
 
     /// Drops the oldest.
     pub fn pop(&mut self) {
         if self.len > 0 {
-            self.head = (self.head + 1) % NODES;
+            self.head = self.place(1);
             self.len -= 1;
         }
     }
@@ -115,14 +126,18 @@ impl Nodes {
 
     /// The node `index` places behind the oldest, to be written; `None` where there is none.
     pub fn get_mut(&mut self, index: usize) -> Option<&mut Node> {
-        (index < self.len).then(|| &mut self.ring[(self.head + index) % NODES])
+        if index < self.len {
+            Some(&mut self.ring[self.place(index)])
+        } else {
+            None
+        }
     }
 
     /// The node `index` places behind the oldest; a stop of zero length where there is none.
     #[must_use]
     pub fn get(&self, index: usize) -> &Node {
         if index < self.len {
-            &self.ring[(self.head + index) % NODES]
+            &self.ring[self.place(index)]
         } else {
             &EMPTY
         }
