@@ -28,15 +28,10 @@ const TARGETS: [f32; 3] = [1.0, 0.6, 0.0];
 /// Ticks until a change that could not be made is tried again.
 const AGAIN: u32 = 20;
 
-/// Pieces of a slowing down after which another kind of way to rest is looked for again.
-const LOOKS_EVERY: u32 = 2;
-
 /// The rest of a slowing down.
 #[derive(Clone, Copy)]
 pub(super) struct Slowing {
     phases: Phases,
-    /// Pieces of it that have been planned.
-    pieces: u32,
     /// Tempo at its end.
     then: Tempo,
 }
@@ -252,7 +247,6 @@ impl Planner<'_> {
             if let Some(way) = way {
                 self.pace.slowing = Some(Slowing {
                     phases,
-                    pieces: 0,
                     then: wanted,
                 });
                 self.pace.way = way;
@@ -280,12 +274,6 @@ impl Planner<'_> {
         }
     }
 
-    /// Whether another kind of way to rest is worth looking for: where the one there is has just begun, or now and then.
-    pub(super) fn looks_around(&self) -> bool {
-        let slowing = self.pace.slowing.as_ref();
-        slowing.is_none_or(|slowing| slowing.pieces.is_multiple_of(LOOKS_EVERY))
-    }
-
     /// The way to rest from the planned state; its first part may have begun.
     pub(super) fn known_way(&self) -> &Way {
         &self.pace.way
@@ -302,7 +290,6 @@ impl Planner<'_> {
         self.take_way(Way::new());
         self.pace.slowing = Some(Slowing {
             phases,
-            pieces: 0,
             then: self.pace.now,
         });
         self.run_slowing(config);
@@ -317,7 +304,6 @@ impl Planner<'_> {
             let phases = phases.unwrap_or_else(|| view.forced());
             self.pace.slowing = Some(Slowing {
                 phases,
-                pieces: 0,
                 then: self.pace.now,
             });
         }
@@ -341,7 +327,6 @@ impl Planner<'_> {
             _ => piece,
         };
         phase.1 -= ticks;
-        slowing.pieces += 1;
         let jerk = phase.0;
         let more = slowing.phases.iter().any(|phase| phase.1 > 0);
         let mut end = PieceEnd::Continue;

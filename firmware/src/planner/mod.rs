@@ -380,12 +380,10 @@ impl<'a> Planner<'a> {
         if self.change_tempo(config) {
             return true;
         }
-        let begun = self.begun(config);
-        let around = self.looks_around();
-        let decision = self
+        match self
             .view(config)
-            .decide(begun.as_ref(), self.known_way(), around);
-        match decision {
+            .decide(self.begun(config).as_ref(), self.known_way())
+        {
             Decision::Go(jerk, ticks, way) => {
                 self.take_way(way);
                 self.emit(config, &[(jerk, ticks)], PieceEnd::Continue);

@@ -31,9 +31,9 @@ pub(super) struct Effort {
 
 const EFFORTS: [Effort; 2] = [
     Effort {
-        ticks: 12,
+        ticks: 10,
         slowing: 16,
-        halvings: 4,
+        halvings: 5,
         full: 1,
     },
     Effort {
@@ -198,7 +198,7 @@ impl View<'_> {
     /// The next thing to run; `begun` is the slowing down that can be gone on with, and must be where nothing better is
     /// found.
     #[must_use]
-    pub(super) fn decide(&self, begun: Option<&Course>, known: &Way, around: bool) -> Decision {
+    pub(super) fn decide(&self, begun: Option<&Course>, known: &Way) -> Decision {
         let stop = self.stop_ahead();
         if let Some(stop) = &stop {
             // What rounding leaves of a standstill is one: nothing could be done from it a whole tick long.
@@ -215,10 +215,10 @@ impl View<'_> {
                 };
             }
         }
-        self.greedy(stop.as_ref(), begun, known, around)
+        self.greedy(stop.as_ref(), begun, known)
     }
 
-    fn greedy(&self, stop: Option<&StopAhead>, begun: Option<&Course>, known: &Way, around: bool) -> Decision {
+    fn greedy(&self, stop: Option<&StopAhead>, begun: Option<&Course>, known: &Way) -> Decision {
         let start = self.motion();
         let node = self.nodes.get(start.node);
         let limits = &node.limits;
@@ -238,6 +238,14 @@ impl View<'_> {
             effort.ticks
         } else {
             ((scale * self.hz * 0.125) as u32).clamp(1, effort.ticks)
+        };
+        // Nothing is to be gained before the joint where the next segment is faster.
+        let next = self.nodes.get(start.node + 1).limits.v;
+        let most = if cruising && smaller(node.exit_v, next) > top {
+            let ticks = smaller(start.left / start.v * self.hz, most as f32) as u32;
+            (ticks + 1).min(most)
+        } else {
+            most
         };
         let floor = begun.map_or(0.0, |course| course.mean(most));
         let unit = UNIT / (self.hz * self.hz * self.hz);
@@ -287,8 +295,7 @@ impl View<'_> {
         let mut found = None;
         if !node.brisk {
             good += LEAST_GAIN * (high - floor);
-            let other = || around.then(|| any(good)).flatten();
-            found = same(good).or_else(other);
+            found = same(good).or_else(|| any(good));
         }
         if node.brisk || found.is_some() {
             if let Some(way) = any(high) {
