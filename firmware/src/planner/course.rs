@@ -193,6 +193,8 @@ impl View<'_> {
         let mut at = *from;
         let mut fastest = from.v;
         let all = Share::ALL.loose(tolerance.a);
+        // Braking for a hold is run in parts of a tick.
+        let in_ticks = h * self.hz > 0.5;
         for (&jerk, &ticks) in course.jerk.iter().zip(&course.ticks) {
             let keeps =
                 |at: &Motion, slack: Share| self.keeps(at.node, [self.seen(at), at.a, jerk], slack);
@@ -240,14 +242,16 @@ impl View<'_> {
                 {
                     return Err(Breach::Velocity);
                 }
-                // Where the jerk or the node ends; within, what is asked of the axes hardly bends.
+                // Where the jerk or the node ends; within, what is asked of the axes hardly bends. Where jerk is not limited, a tick may
+                // be all of the acceleration.
                 let over = next.node < last && next.left < 0.0;
                 let share = if over {
                     tolerance.beside(node.exit_taken.left(v))
                 } else {
                     all
                 };
-                if (over || remaining == 0) && !keeps(&next, share) {
+                let near = n > 1 && node.brisk && in_ticks;
+                if (near || over || remaining == 0) && !keeps(&next, share) {
                     return Err(Breach::Change);
                 }
                 if n as f32 * h * self.hz > LONG {
@@ -269,7 +273,8 @@ impl View<'_> {
                     if stop || v > smaller(exit, inside.limits.v) * tolerance.v + rounded {
                         return Err(Breach::Velocity);
                     }
-                    let ends = remaining == 0 || h * self.hz < 1.0 || share.a.min(share.j) > SMOOTH;
+                    let smooth = !inside.brisk && share.a > SMOOTH && share.j > SMOOTH;
+                    let ends = remaining == 0 || !in_ticks || smooth;
                     if !(keeps(&next, share) && (ends || keeps(&later(&next), share))) {
                         return Err(Breach::Change);
                     }
