@@ -122,8 +122,8 @@ pub(super) enum Breach {
 /// Ticks around a joint whose differences see both sides of it.
 const AROUND: f32 = 2.0;
 
-/// Ticks within one node from which on the middle of a step is looked at, too.
-const LONG: f32 = 6.0;
+/// Ticks within one node from which on the middle of a step is looked at, too: with jerk limited, and without.
+const LONG: [f32; 2] = [6.0, 2.0];
 
 /// A joint that leaves more than this share of the limits bends what is asked of the axes no more than the curve does.
 const SMOOTH: f32 = 0.99;
@@ -254,7 +254,7 @@ impl View<'_> {
                 if (near || over || remaining == 0) && !keeps(&next, share) {
                     return Err(Breach::Change);
                 }
-                if n as f32 * h * self.hz > LONG {
+                if n as f32 * h * self.hz > LONG[usize::from(node.brisk)] {
                     let middle = at.after(jerk, (n / 2) as f32, h);
                     if !keeps(&middle, all) {
                         return Err(Breach::Change);
