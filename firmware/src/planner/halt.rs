@@ -6,6 +6,7 @@
 use super::brake::{brake, Grip};
 use super::course::{Breach, Course, Motion, BRAKING};
 use super::profile::{View, UNIT};
+use super::refuge::largest;
 use crate::interpolator::braking::{
     BrakeLimits, BrakeStage, Braking, STAGES, STAGE_A_FRAC, STAGE_J_FRAC, STAGE_V_FRAC,
 };
@@ -36,7 +37,7 @@ impl View<'_> {
         let whole = self.even(before).least(self.even(&after));
         // What already slows down does not do so less, neither here nor there.
         let least = larger(-before.a, -after.a);
-        let found = self.largest(&SHARES, |share| {
+        let found = largest(&SHARES, |share| {
             let grip = whole.share(share);
             let grip = Grip {
                 a: larger(grip.a, least),

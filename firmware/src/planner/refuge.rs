@@ -63,6 +63,22 @@ impl Leg {
     }
 }
 
+/// What `run` finds with the largest of `shares` that keeps the limits; they fall. Where a velocity breaks, less of them is of no
+/// use.
+pub(super) fn largest<T>(
+    shares: &[f32],
+    mut run: impl FnMut(f32) -> Result<T, Breach>,
+) -> Option<T> {
+    for &share in shares {
+        match run(share) {
+            Ok(found) => return Some(found),
+            Err(Breach::Velocity) => return None,
+            Err(Breach::Change) => {}
+        }
+    }
+    None
+}
+
 /// A way to rest: its legs, the last of them first.
 pub(super) type Way = Vec<Leg, LEGS>;
 
@@ -85,7 +101,7 @@ impl View<'_> {
     pub(super) fn refuge(&self, at: &Motion) -> Option<Way> {
         let halt = |at: &Motion| {
             let grip = self.grip(at, 0.0, at.node);
-            let leg = self.largest(&HALTS, |share| {
+            let leg = largest(&HALTS, |share| {
                 let (leg, end) = self.run(at, Goal::Halt, 0.0, grip, share)?;
                 if self.on_path(&end) {
                     Ok(leg)
@@ -96,7 +112,7 @@ impl View<'_> {
             Way::from_slice(&[leg]).ok()
         };
         let behind = |goal: Goal| {
-            self.largest(&OTHERS, |share| {
+            largest(&OTHERS, |share| {
                 let (leg, end) = self.leg(at, goal, share)?.ok_or(Breach::Velocity)?;
                 let mut way = halt(&end).ok_or(Breach::Velocity)?;
                 way.push(leg).map_err(|_| Breach::Velocity)?;
@@ -109,22 +125,6 @@ impl View<'_> {
                 rising.then(|| behind(Goal::Release)).flatten()
             })
             .or_else(|| behind(self.tightest(at)?))
-    }
-
-    /// What `run` finds with the largest of `shares` that keeps the limits. Where a velocity breaks, less of them is of no use.
-    pub(super) fn largest<T>(
-        &self,
-        shares: &[f32],
-        mut run: impl FnMut(f32) -> Result<T, Breach>,
-    ) -> Option<T> {
-        for &share in shares {
-            match run(share) {
-                Ok(found) => return Some(found),
-                Err(Breach::Velocity) => return None,
-                Err(Breach::Change) => {}
-            }
-        }
-        None
     }
 
     /// The leg from `at` to `goal` with `share` of the limits, and the motion at its end, or what that breaks; none is needed
