@@ -439,10 +439,4 @@ impl View<'_> {
             ticks: phases.map(|(_, ticks)| ticks),
         }
     }
-
-    /// Distance to the nearest programmed stop in the window.
-    #[must_use]
-    pub fn distance_to_stop(&self) -> Option<f32> {
-        self.stop_ahead().map(|stop| stop.distance)
-    }
 }
