@@ -12,6 +12,14 @@ pub struct Brake {
     pub distance: f32,
 }
 
+impl Brake {
+    /// Durations in whole ticks of a clock of `hz`, rounded up, one at least.
+    #[must_use]
+    pub fn ticks(&self, hz: f32) -> [u32; 3] {
+        self.time.map(|t| (libm::ceilf(t * hz) as u32).max(1))
+    }
+}
+
 /// What may be done while braking, all positive.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Grip {

@@ -98,10 +98,7 @@ impl View<'_> {
         let end = (f64::from(to) / f64::from(self.hz) * f64::from(UNIT)) as i128;
         let here = self.grip(&at, to, at.node);
         SHARES.iter().find_map(|share| {
-            let needed = brake(at.v, at.a, to, here.share(*share));
-            let ticks = needed
-                .time
-                .map(|time| (libm::ceilf(time * self.hz) as u32).max(1));
+            let ticks = brake(at.v, at.a, to, here.share(*share)).ticks(self.hz);
             let phases = slow(&self.state, end, ticks)?;
             let there = self
                 .follow(&at, &self.course(&phases), self.last, TAKING)

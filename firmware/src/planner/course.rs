@@ -1,7 +1,7 @@
 //! Where phases of constant jerk lead, and whether they keep the limits of the nodes: predicted in `f32`.
 //!
-//! In: a [`Motion`] and [`Phases`](super::brake::Phases)-like jerks over whole ticks. Out: the motion at their end, or nothing
-//! where a limit breaks on the way. Sums over ticks in closed form, as [`PathState::after`](crate::interpolator::PathState::after)
+//! In: a [`Motion`] and [`Phases`](super::brake::Phases)-like jerks over whole ticks. Out: the motion at their end, or which
+//! limit breaks on the way. Sums over ticks in closed form, as [`PathState::after`](crate::interpolator::PathState::after)
 //! has them in integers; many of these predictions are made for each piece that is planned.
 
 use super::limits::Share;

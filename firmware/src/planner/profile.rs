@@ -234,22 +234,19 @@ impl View<'_> {
         // Nothing builds up while cruising, nor at the limit of acceleration where jerk is no matter.
         let top = limits.v;
         let cruising = start.v >= top * CRUISE && start.a.abs() <= NO_ACCELERATION * still.a;
-        let most = if cruising || (start.a >= 0.999 * range.up && node.brisk) {
+        let mut ticks = if cruising || (start.a >= 0.999 * range.up && node.brisk) {
             effort.ticks
         } else {
             ((scale * self.hz * 0.125) as u32).clamp(1, effort.ticks)
         };
         // Nothing is to be gained before the joint where the next segment is faster.
         let next = self.nodes.get(start.node + 1).limits.v;
-        let most = if cruising && smaller(node.exit_v, next) > top {
-            let ticks = smaller(start.left / start.v * self.hz, most as f32) as u32;
-            (ticks + 1).min(most)
-        } else {
-            most
-        };
-        let floor = begun.map_or(0.0, |course| course.mean(most));
+        if cruising && smaller(node.exit_v, next) > top {
+            let inside = smaller(start.left / start.v * self.hz, ticks as f32) as u32;
+            ticks = ticks.min(inside + 1);
+        }
+        let floor = begun.map_or(0.0, |course| course.mean(ticks));
         let unit = UNIT / (self.hz * self.hz * self.hz);
-        let ticks = most;
         let time = ticks as f32 / self.hz;
         let after = |jerk: f32, ticks: u32| {
             let course = Course {

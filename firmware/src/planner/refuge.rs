@@ -173,8 +173,7 @@ impl View<'_> {
         grip: Grip,
         share: f32,
     ) -> Result<(Leg, Motion), Breach> {
-        let time = brake(at.v, at.a, to, grip.share(share)).time;
-        let ticks = time.map(|t| (libm::ceilf(t * self.hz) as u32).max(1));
+        let ticks = brake(at.v, at.a, to, grip.share(share)).ticks(self.hz);
         if ticks.iter().any(|&n| n > PHASE_MAX) {
             return Err(Breach::Velocity);
         }
@@ -269,8 +268,8 @@ impl View<'_> {
     pub(super) fn forced(&self) -> Phases {
         let at = self.motion();
         let grip = self.grip(&at, 0.0, at.node);
-        let time = brake(at.v, at.a, 0.0, grip).time;
-        let ticks = time.map(|t| (libm::ceilf(t * self.hz) as u32).clamp(1, PHASE_MAX));
+        let ticks = brake(at.v, at.a, 0.0, grip).ticks(self.hz);
+        let ticks = ticks.map(|n| n.min(PHASE_MAX));
         slow(&self.state, 0, ticks).unwrap_or([(0, 1); 3])
     }
 }
