@@ -12,7 +12,6 @@
 //! pin moves.
 
 use core::cell::Cell;
-use core::sync::atomic::{compiler_fence, Ordering};
 
 use super::{AxisSteps, StepFrame, SLOTS};
 use crate::config::Config;
@@ -46,19 +45,9 @@ impl PortBuffer {
     /// Makes all words zero, if they are not.
     #[inline(always)]
     fn clear(&mut self) {
-        const CHUNK: usize = 56;
-        const FEW: usize = 8;
-        const _: () = assert!((SLOTS as usize).is_multiple_of(CHUNK) && CHUNK.is_multiple_of(FEW));
-        if !self.used {
-            return;
-        }
-        self.used = false;
-        for chunk in self.words.chunks_exact_mut(CHUNK) {
-            for few in chunk.chunks_exact_mut(FEW) {
-                few.fill(0);
-                // Keeps the compiler from taking them all for one call of `memclr`, which stores a word at a time.
-                compiler_fence(Ordering::SeqCst);
-            }
+        if self.used {
+            self.used = false;
+            self.words.fill(0);
         }
     }
 }
