@@ -137,16 +137,37 @@ impl PortExpander {
     /// Writes all words of the tick that `frame` describes, `None` if no axis steps in it.
     ///
     /// An edge beyond the last slot (no correct frame has one) is put into the last slot.
+    #[inline]
     pub fn expand(&mut self, frame: Option<&StepFrame>, out: &mut PortBuffer) {
+        if frame.is_some() || self.standing || out.used {
+            self.fill(frame, out);
+        }
+    }
+
+    /// The same where there is something to write, or to clear.
+    #[inline(never)]
+    fn fill(&mut self, frame: Option<&StepFrame>, out: &mut PortBuffer) {
         out.clear();
         if self.standing {
             self.finish_pulses(out);
         }
         let Some(frame) = frame else { return };
         out.used = true;
+        let words = Cell::from_mut(&mut out.words[..]).as_slice_of_cells();
         for (a, axis) in frame.axes.iter().enumerate() {
-            if axis.count != 0 {
-                self.axis(a, axis, &mut out.words);
+            if axis.count == 0 {
+                continue;
+            }
+            if self.negative[a] != Some(axis.negative) {
+                self.turn(a, axis, words);
+            }
+            let edge = Edge {
+                rise: set(self.pins.step[a]),
+                pulse: usize::from(self.pins.pulse_slots),
+            };
+            if let Some(slot) = edge.train(words, axis) {
+                self.falling[a] = slot;
+                self.standing = true;
             }
         }
     }
@@ -164,40 +185,29 @@ impl PortExpander {
         out.used = true;
     }
 
-    /// The edges of axis `a`.
-    #[inline(always)]
-    fn axis(&mut self, a: usize, axis: &AxisSteps, out: &mut PortWords) {
+    /// The direction pin of axis `a` moves.
+    #[cold]
+    #[inline(never)]
+    fn turn(&mut self, a: usize, axis: &AxisSteps, words: &[Cell<u32>]) {
         let pins = &self.pins;
-        let last = SLOTS - 1;
-        if self.negative[a] != Some(axis.negative) {
-            self.negative[a] = Some(axis.negative);
-            let positive_is_high = pins.dir_high_is_positive >> a & 1 != 0;
-            let word = if axis.negative != positive_is_high {
-                set(pins.dir[a])
-            } else {
-                reset(pins.dir[a])
-            };
-            let first = ((axis.first >> 16) as u16).min(last);
-            out[usize::from(first.saturating_sub(pins.dir_setup_slots))] |= word;
-        }
-        let edge = Edge {
-            rise: set(pins.step[a]),
-            fall: reset(pins.step[a]),
-            pulse: usize::from(pins.pulse_slots),
+        self.negative[a] = Some(axis.negative);
+        let positive_is_high = pins.dir_high_is_positive >> a & 1 != 0;
+        let word = if axis.negative != positive_is_high {
+            set(pins.dir[a])
+        } else {
+            reset(pins.dir[a])
         };
-        let words = Cell::from_mut(&mut out[..]).as_slice_of_cells();
-        if let Some(slot) = edge.train(words, axis) {
-            self.falling[a] = slot;
-            self.standing = true;
-        }
+        let first = ((axis.first >> 16) as u16).min(SLOTS - 1);
+        let slot = &words[usize::from(first.saturating_sub(pins.dir_setup_slots))];
+        slot.set(slot.get() | word);
     }
 }
 
 /// How a step pin goes up and down.
 #[derive(Clone, Copy)]
 struct Edge {
+    /// Sets the pin; 16 bits higher, resets it.
     rise: u32,
-    fall: u32,
     /// Slots from one to the other, at most [`SLOTS`].
     pulse: usize,
 }
@@ -207,30 +217,40 @@ impl Edge {
     ///
     /// This is where most of the time goes at high step rates. One comparison per step ends the loop and bounds both
     /// words: the views of rising and falling edges are the same words a pulse apart, cut where the last edge is.
-    #[inline(never)]
+    #[inline(always)]
     fn train(self, words: &[Cell<u32>], axis: &AxisSteps) -> Option<u16> {
         const TICK: u32 = (SLOTS as u32) << 16;
         let more = u32::from(axis.count) - 1;
-        let pitch = if more > 0 { axis.pitch } else { TICK };
+        let pitch = axis.pitch;
         let last = u64::from(axis.first) + u64::from(more) * u64::from(pitch);
-        if !(1 << 16..=TICK).contains(&pitch) || last >= u64::from(TICK) {
+        // Slots move on, and one edge needs no pitch.
+        if last >= u64::from(TICK) || pitch < 1 << 16 {
             return self.crooked(words, axis);
         }
         let last = last as u32;
         let edges = (last >> 16) as usize + 1;
         let inside = (words.len() - self.pulse).min(edges);
         let (rises, falls) = (&words[..inside], &words[self.pulse..][..inside]);
+        let (up, down) = (self.rise, self.rise << 16);
         let mut at = axis.first;
         loop {
             let slot = (at >> 16) as usize;
             let (Some(rise), Some(fall)) = (rises.get(slot), falls.get(slot)) else {
                 break;
             };
-            rise.set(rise.get() | self.rise);
-            fall.set(fall.get() | self.fall);
+            rise.set(rise.get() | up);
+            fall.set(fall.get() | down);
             at += pitch;
         }
-        // The rest, one in a correct frame, is pulses that reach over the end of the tick.
+        if at > last {
+            return None;
+        }
+        self.rest(words, at, last, pitch)
+    }
+
+    /// What is left of a train, one in a correct frame: pulses that reach over the end of the tick.
+    #[inline(never)]
+    fn rest(self, words: &[Cell<u32>], mut at: u32, last: u32, pitch: u32) -> Option<u16> {
         let mut over = None;
         while at <= last {
             over = self.pulse(words, (at >> 16) as usize).or(over);
@@ -245,13 +265,13 @@ impl Edge {
         let end = slot + self.pulse;
         words[slot].set(words[slot].get() | self.rise);
         match words.get(end) {
-            Some(word) => word.set(word.get() | self.fall),
+            Some(word) => word.set(word.get() | self.rise << 16),
             None => return Some((end - words.len()) as u16),
         }
         None
     }
 
-    /// The same for a frame that no correct generator makes; a wrong one may not stop the machine.
+    /// The same for a single edge, and for a frame that no correct generator makes; a wrong one may not stop the machine.
     #[inline(never)]
     fn crooked(self, words: &[Cell<u32>], axis: &AxisSteps) -> Option<u16> {
         let mut over = None;
