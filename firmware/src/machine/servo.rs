@@ -63,8 +63,9 @@ pub struct Servo<'a> {
     /// The way left counts to the end of the segment at the head of the queue if that is `entered`, else to its start.
     motion: Motion,
     entered: bool,
-    /// End of the segment before that, if it was passed at a crawl.
-    passed: Option<[Phase; AXES]>,
+    /// End of the segment before that, and whether it was passed at a crawl; if not, it is of no interest.
+    passed: [Phase; AXES],
+    crawled: bool,
     sequence: u32,
     generation: u32,
     steps: StepGenerator,
@@ -96,7 +97,8 @@ impl<'a> Servo<'a> {
             answered: 0,
             motion: Motion::default(),
             entered: false,
-            passed: None,
+            passed: [0; AXES],
+            crawled: false,
             sequence: 0,
             generation: 0,
             steps: StepGenerator::new([0; AXES], config.pulse_slots, config.dir_setup_slots),
@@ -232,11 +234,15 @@ impl<'a> Servo<'a> {
     }
 
     fn follow_run(&mut self) {
-        while let Some(piece) = self.pieces.dequeue() {
-            if piece.generation == self.generation && piece.ticks > 0 {
-                self.run = Run::Piece;
+        while let Some(piece) = self.pieces.peek() {
+            let fits = piece.generation == self.generation && piece.ticks > 0;
+            if fits {
                 (self.jerk, self.ticks) = (piece.jerk, piece.ticks);
                 (self.end, self.limits) = (piece.end, piece.brake);
+            }
+            self.pieces.dequeue();
+            if fits {
+                self.run = Run::Piece;
                 self.enter();
                 self.shared.moving.store(true, Relaxed);
                 return;
@@ -299,12 +305,22 @@ impl<'a> Servo<'a> {
     }
 
     /// Throws the segment at the head of the queue away.
-    fn leave(&mut self) -> Option<ServoSegment> {
-        let segment = self.segments.dequeue()?;
+    ///
+    /// What is of interest in it is looked at where it lies, before: taken out, it would be copied.
+    #[inline(always)]
+    fn leave(&mut self) {
+        if self.segments.dequeue().is_none() {
+            return;
+        }
         self.sequence = self.sequence.wrapping_add(1);
         self.shared.sequence.store(self.sequence, Release);
         self.entered = false;
-        Some(segment)
+    }
+
+    /// Where the segment at the head of the queue ends.
+    #[inline(never)]
+    fn segment_end(&self) -> Option<[Phase; AXES]> {
+        self.segments.peek().map(|segment| segment.end(&self.scale))
     }
 
     /// One tick along the segment at hand; `false` if the motion has left it, or a run ends, and [`Self::turn`] is due.
@@ -356,10 +372,11 @@ impl<'a> Servo<'a> {
             if self.segments.len() <= 1 {
                 break;
             }
-            if let Some(segment) = self.leave() {
-                let crawls = self.motion.v.get() < CRAWL;
-                self.passed = crawls.then(|| segment.end(&self.scale));
+            self.crawled = self.motion.v.get() < CRAWL;
+            if self.crawled {
+                self.passed = self.segment_end().unwrap_or(self.passed);
             }
+            self.leave();
             self.enter();
         }
         if self.ticks == 0 && self.run == Run::Piece {
@@ -373,8 +390,14 @@ impl<'a> Servo<'a> {
             }
         }
         // Rounding may carry the motion over either end; the position stays inside.
-        let length = self.segments.peek().map_or(0, |next| widen(next.length));
-        self.evaluate(Wide::new(self.motion.left.get().clamp(0, length)));
+        let mut left = self.motion.left;
+        if left.is_negative() {
+            left = Wide::default();
+        } else if self.motion.v.is_negative() {
+            let length = self.segments.peek().map_or(0, |next| widen(next.length));
+            left = Wide::new(left.get().min(length));
+        }
+        self.evaluate(left);
     }
 
     /// Stands still exactly on the end of segment `last`, whatever the rounding of s.
@@ -383,14 +406,19 @@ impl<'a> Servo<'a> {
         if last.wrapping_add(1) == self.sequence {
             // Passed faster than that, it was not a landing: within rounding of the end is near enough.
             let next = self.segments.peek();
-            end = self.passed.or_else(|| Some(next?.start(&self.scale)));
+            end = if self.crawled {
+                Some(self.passed)
+            } else {
+                next.map(|next| next.start(&self.scale))
+            };
             self.entered = false;
         }
         while last.wrapping_sub(self.sequence) < u32::MAX / 2 {
-            let Some(segment) = self.leave() else {
+            let Some(at) = self.segment_end() else {
                 break;
             };
-            end = Some(segment.end(&self.scale));
+            end = Some(at);
+            self.leave();
         }
         self.motion = Motion::default();
         for (axis, &phase) in end.iter().flatten().enumerate() {
