@@ -16,7 +16,7 @@ import sys
 T_FRAC, S_FRAC, PHASE_FRAC = 72, 54, 50
 SLOTS = 560
 UPPER_FRAC = PHASE_FRAC - 32
-STAGE_V_FRAC, STAGE_A_FRAC, STAGE_J_FRAC, TICKS_BITS = 30, 40, 44, 15
+BRAKE_A_FRAC, BRAKE_J_FRAC, TICKS_BITS = 40, 44, 15
 
 # The envelope: firmware/src/envelope.rs.
 LENGTH_MIN, LENGTH_MAX = 1 << (S_FRAC - 34), (1 << (S_FRAC + 8)) - 1
@@ -131,21 +131,16 @@ def step(m, left, v, a, jerk):
 # interpolator/braking.rs
 
 class Braking:
-    """Deceleration tick by tick; `stages` are (v, a, j) in words."""
+    """Deceleration tick by tick; limits `a` and `j` in words."""
 
-    def __init__(self, stages, v, d):
-        self.stages, self.stage = stages, 0
-        a, j = self.wide(stages[0])
-        j = max(j, 1, d >> TICKS_BITS)
+    def __init__(self, a, j, v, d):
+        a <<= T_FRAC - BRAKE_A_FRAC
+        j = max(j << (T_FRAC - BRAKE_J_FRAC), 1, d >> TICKS_BITS)
         self.a = min(max(a, 1), EXACT.fit("i128", j << TICKS_BITS))
         self.j = j
         # The limit of the deceleration stays that of the first jerk.
         while not (d <= self.j or self.taken(d - self.j, self.ticks(d - self.j)) <= v):
             self.j = EXACT.fit("i128", self.j + (self.j >> 2) + 1)
-
-    @staticmethod
-    def wide(stage):
-        return stage[1] << (T_FRAC - STAGE_A_FRAC), stage[2] << (T_FRAC - STAGE_J_FRAC)
 
     def ticks(self, d):
         """Whole ticks of the jerk, at most 2^16 - 1."""
@@ -158,14 +153,6 @@ class Braking:
         return m.fit("i128", m.mul("i128", d, n + 1) - self.triangle(n, m))
 
     def next(self, v, d):
-        while self.stage + 1 < len(self.stages):
-            following = self.stages[self.stage + 1]
-            if v > following[0] << (T_FRAC - STAGE_V_FRAC):
-                break
-            a, j = self.wide(following)
-            self.j = max(self.j, j)
-            self.a = min(max(self.a, a), EXACT.fit("i128", self.j << TICKS_BITS))
-            self.stage += 1
         low = d - self.j
         most = max(min(self.a, d + self.j), low)
         n = self.ticks(most)
@@ -255,17 +242,17 @@ def vectors(rng):
         yield ["motion", *state, jerk, *result]
     for _ in range(700):
         word = (1 << 32) - 1
-        stages = [[corner(rng, word, 0) >> rng.randrange(20) for _ in range(3)] for _ in range(3)]
+        a, j = (corner(rng, word, 0) >> rng.randrange(20) for _ in range(2))
         # In the envelope, and as far as 96 bits go: braking has no bounds of its own.
         wide = (1 << 95) - 1
         v, d = rng.choice([(corner(rng, V_MAX, 0), corner(rng, A_MAX)), (corner(rng, wide, 0), corner(rng, wide, 0))])
-        braking = Braking(stages, v, d)
+        braking = Braking(a, j, v, d)
         results, speed = [], v
         for _ in range(4):
             d_next = braking.next(speed, results[-1] if results else d)
             results.append(d_next)
             speed -= d_next
-        yield ["brake", *sum(stages, []), v, d, *results]
+        yield ["brake", a, j, v, d, *results]
     for _ in range(1500):
         at_first = corner(rng, POSITION_MAX)
         by = corner(rng, rng.choice([STEPS_MAX << 32, (1 << 45) - (1 << 32), 3 << 32]))

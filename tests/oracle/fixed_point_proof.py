@@ -232,11 +232,11 @@ def braking():
     """Whatever velocity and deceleration 96 bits hold, and whatever limits: 128 bits, and 32 where words divide."""
     most = (1 << 95) - 1
     m = Proof()
-    # A jerk is raised from less than the deceleration, once; otherwise it is a stage's, or the deceleration's share.
+    # A jerk is raised from less than the deceleration, once; otherwise it is what the limits say, or the deceleration's share.
     raised = m.any(1, most)
     jerk = m.fit("i128", raised + m.shr(raised, 2) + 1)
     brake = core.Braking.__new__(core.Braking)
-    brake.j = m.any(1, max(jerk.high, (1 << 32) << (core.T_FRAC - core.STAGE_J_FRAC)))
+    brake.j = m.any(1, max(jerk.high, (1 << 32) << (core.T_FRAC - core.BRAKE_J_FRAC)))
     m.fit("i128", brake.j * (1 << core.TICKS_BITS))
     ticks, v = m.any(0, (1 << 16) - 1), m.any(0, most)
     d = m.any(-most, most)

@@ -1,6 +1,6 @@
 //! The transcription that is proved (`tests/oracle/fixed_point.py`) is the core's arithmetic: its vectors, bit for bit.
 
-use pentaspline::interpolator::braking::{BrakeLimits, BrakeStage, Braking, STAGES};
+use pentaspline::interpolator::braking::{BrakeLimits, Braking};
 use pentaspline::interpolator::motion::{Motion, Wide};
 use pentaspline::interpolator::segment::{AxisCurve, ServoSegment};
 use pentaspline::stepgen::StepGenerator;
@@ -39,18 +39,13 @@ fn computed(kind: &str, row: &[i128]) -> (Vec<i128>, usize) {
             (vec![left.get(), v.get(), a.get()], 3)
         }
         "brake" => {
-            let word = |k: usize| row[k] as u32;
-            let stages = core::array::from_fn::<_, STAGES, _>(|k| BrakeStage {
-                v: word(3 * k),
-                a: word(3 * k + 1),
-                j: word(3 * k + 2),
-            });
             let limits = BrakeLimits {
-                stages,
+                a: row[0] as u32,
+                j: row[1] as u32,
                 ..Default::default()
             };
-            let (mut v, mut d) = (row[9], row[10]);
-            let mut braking = Braking::new(&limits, v, d);
+            let (mut v, mut d) = (row[2], row[3]);
+            let braking = Braking::new(&limits, v, d);
             let found = (0..4).map(|_| {
                 d = braking.next(v, d);
                 v -= d;

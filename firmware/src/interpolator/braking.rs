@@ -11,33 +11,19 @@
 
 use super::T_FRAC;
 
-/// Limits from a velocity on downwards.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct BrakeStage {
-    /// Highest velocity, path units per tick, [`STAGE_V_FRAC`] fractional bits.
-    pub v: u32,
-    /// Deceleration, path units per tick^2, [`STAGE_A_FRAC`] fractional bits.
-    pub a: u32,
-    /// Jerk, path units per tick^3, [`STAGE_J_FRAC`] fractional bits.
-    pub j: u32,
-}
-
-/// Fractional bits of [`BrakeStage::v`]: up to 4 path units per tick.
-pub const STAGE_V_FRAC: u32 = 30;
-/// Fractional bits of [`BrakeStage::a`]: up to 2^-8 path units per tick^2.
-pub const STAGE_A_FRAC: u32 = 40;
-/// Fractional bits of [`BrakeStage::j`]: up to 2^-12 path units per tick^3, a third of which takes 3 ticks to the
+/// Fractional bits of [`BrakeLimits::a`]: up to 2^-8 path units per tick^2.
+pub const BRAKE_A_FRAC: u32 = 40;
+/// Fractional bits of [`BrakeLimits::j`]: up to 2^-12 path units per tick^3, a third of which takes 3 ticks to the
 /// highest acceleration.
-pub const STAGE_J_FRAC: u32 = 44;
-
-/// Stages of one [`BrakeLimits`].
-pub const STAGES: usize = 3;
+pub const BRAKE_J_FRAC: u32 = 44;
 
 /// Limits of coming to rest, and where that has to have happened.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct BrakeLimits {
-    /// From fast to slow: curves allow the more the slower the motion is.
-    pub stages: [BrakeStage; STAGES],
+    /// Deceleration, path units per tick^2, [`BRAKE_A_FRAC`] fractional bits.
+    pub a: u32,
+    /// Jerk, path units per tick^3, [`BRAKE_J_FRAC`] fractional bits.
+    pub j: u32,
     /// Running number of the segment at whose end the path stops, or the plan ends.
     pub last: u32,
     /// What is planned slows down before braking within these limits would: a hold waits for it.
@@ -50,8 +36,6 @@ const TICKS_BITS: u32 = 15;
 /// Braking under way.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Braking {
-    stages: [BrakeStage; STAGES],
-    stage: usize,
     a: i128,
     j: i128,
 }
@@ -63,24 +47,16 @@ impl Braking {
     /// quarter more than needed.
     #[must_use]
     pub fn new(limits: &BrakeLimits, v: i128, d: i128) -> Self {
-        let stages = limits.stages;
-        let (a, j) = stages[0].wide();
-        Self {
-            stages,
-            ..Self::within(a, j, v, d)
-        }
+        let (a, j) = limits.wide();
+        Self::within(a, j, v, d)
     }
 
-    /// One stage of deceleration `a` and jerk `j`, units of [`PathState`](super::PathState).
+    /// The same for deceleration `a` and jerk `j` in units of [`PathState`](super::PathState).
     fn within(a: i128, j: i128, v: i128, d: i128) -> Self {
         let mut j = j.max(1).max(d >> TICKS_BITS);
         let a = a.clamp(1, j << TICKS_BITS);
         loop {
-            let braking = Self {
-                a,
-                j,
-                ..Self::default()
-            };
+            let braking = Self { a, j };
             // With the jerk as large as d nothing is left to let go of, so this ends.
             if d <= j || braking.taken(d - j, braking.ticks(d - j)) <= v {
                 return braking;
@@ -89,23 +65,9 @@ impl Braking {
         }
     }
 
-    /// Goes over to the stage of velocity `v`. Limits only rise: what could be let go of still can.
-    fn enter_stage(&mut self, v: i128) {
-        while let Some(next) = self.stages.get(self.stage + 1) {
-            if v > i128::from(next.v) << (T_FRAC - STAGE_V_FRAC) {
-                break;
-            }
-            let (a, j) = next.wide();
-            self.j = self.j.max(j);
-            self.a = self.a.max(a).min(self.j << TICKS_BITS);
-            self.stage += 1;
-        }
-    }
-
     /// The next deceleration, at velocity `v >= 0` after a tick of deceleration `d`; never more than `v`.
     #[must_use]
-    pub fn next(&mut self, v: i128, d: i128) -> i128 {
-        self.enter_stage(v);
+    pub fn next(&self, v: i128, d: i128) -> i128 {
         let low = d - self.j;
         let most = self.a.min(d + self.j).max(low);
         let mut m = self.ticks(most);
@@ -144,11 +106,11 @@ impl Braking {
     }
 }
 
-impl BrakeStage {
+impl BrakeLimits {
     /// Deceleration and jerk in the units of [`PathState`](super::PathState).
     fn wide(&self) -> (i128, i128) {
         let wide = |x: u32, bits: u32| i128::from(x) << (T_FRAC - bits);
-        (wide(self.a, STAGE_A_FRAC), wide(self.j, STAGE_J_FRAC))
+        (wide(self.a, BRAKE_A_FRAC), wide(self.j, BRAKE_J_FRAC))
     }
 }
 
@@ -173,9 +135,8 @@ mod tests {
 
     /// Runs from `v`, `d` to rest; the ticks until the velocity is zero (what is left of `d` then ends within one more tick of
     /// jerk), or the law that broke.
-    fn run(mut braking: Braking, v: i128, d: i128, jerk: i128) -> Result<u32, String> {
-        let last = braking.stages[STAGES - 1].wide().0;
-        let most = d.abs().max(braking.a).max(last);
+    fn run(braking: Braking, v: i128, d: i128, jerk: i128) -> Result<u32, String> {
+        let most = d.abs().max(braking.a);
         let (mut v, mut d, mut ticks) = (v, d, 0);
         while v != 0 {
             let next = braking.next(v, d);
@@ -258,29 +219,6 @@ mod tests {
             let d = needed * near(d);
             let v = release(d, needed) + odd.min(needed);
             run(Braking::within(d, j, v, d), v, d, needed + (needed >> 2) + 2).map_err(TestCaseError::fail)?;
-        }
-
-        /// With limits that rise as the motion slows down, braking still ends exactly at rest, within the hardest of them.
-        #[test]
-        fn braking_in_stages_ends_exactly_at_rest(
-            hold in 0.0_f64..14.0,
-            share in prop::array::uniform2(0.0_f64..1.0),
-            a in prop::array::uniform3(18_u32..27),
-            gentle in prop::array::uniform3(0_u32..12),
-            d in 0.0_f64..1.0,
-        ) {
-            let mut j: [u32; STAGES] = core::array::from_fn(|k| 1 << (a[k] + 4 - gentle[k]));
-            let mut a = a.map(|bits| 1 << bits);
-            a.sort_unstable();
-            j.sort_unstable();
-            let v = f64::from(a[0]) * hold.exp2() * 0.5_f64.powi(10);
-            let thresholds = [v, v * share[0], v * share[0] * share[1]];
-            let stages = core::array::from_fn(|k| BrakeStage { v: thresholds[k] as u32, a: a[k], j: j[k] });
-            let v = near(v.max(1.0).log2() + f64::from(T_FRAC - STAGE_V_FRAC));
-            let d = (stages[0].wide().0 as f64 * d) as i128;
-            let v = v + release(d, stages[0].wide().1);
-            let limits = BrakeLimits { stages, ..Default::default() };
-            run(Braking::new(&limits, v, d), v, d, stages[2].wide().1).map_err(TestCaseError::fail)?;
         }
     }
 }

@@ -7,9 +7,7 @@ use super::brake::{brake, Grip};
 use super::course::{Breach, Course, Motion, BRAKING};
 use super::profile::{View, UNIT};
 use super::refuge::largest;
-use crate::interpolator::braking::{
-    BrakeLimits, BrakeStage, Braking, STAGES, STAGE_A_FRAC, STAGE_J_FRAC, STAGE_V_FRAC,
-};
+use crate::interpolator::braking::{BrakeLimits, Braking, BRAKE_A_FRAC, BRAKE_J_FRAC};
 use crate::units::{larger, smaller};
 
 /// Shares of the limits that braking is tried with.
@@ -33,7 +31,6 @@ impl View<'_> {
     pub(super) fn brake_limits(&self, before: &Motion, jerk: f32, ticks: u32) -> BrakeLimits {
         let after = self.motion();
         let middle = self.along(before, jerk, ticks / 2);
-        let v = larger(before.v, after.v);
         let whole = self.even(before).least(self.even(&after));
         // What already slows down does not do so less, neither here nor there.
         let least = larger(-before.a, -after.a);
@@ -52,11 +49,9 @@ impl View<'_> {
             a: larger(whole.a, least),
             ..whole
         });
-        let stage = self.in_units(grip, v);
         BrakeLimits {
-            stages: [stage; STAGES],
-            last: 0,
             waits: found.is_none(),
+            ..self.in_units(grip)
         }
     }
 
@@ -67,10 +62,10 @@ impl View<'_> {
         // As much as a piece can say.
         let most = |bits: u32, unit: f32| u32::MAX as f32 / (1_u64 << bits) as f32 * unit;
         Grip::even(
-            smaller(grip.a, most(STAGE_A_FRAC, hz * hz)),
+            smaller(grip.a, most(BRAKE_A_FRAC, hz * hz)),
             smaller(
                 smaller(grip.down, grip.up),
-                most(STAGE_J_FRAC, hz * hz * hz),
+                most(BRAKE_J_FRAC, hz * hz * hz),
             ),
         )
     }
@@ -109,11 +104,7 @@ impl View<'_> {
         let per_tick = UNIT / self.hz;
         let per_tick2 = per_tick / self.hz;
         let (mut v, mut d) = ((at.v * per_tick) as i128, (-at.a * per_tick2) as i128);
-        let limits = BrakeLimits {
-            stages: [self.in_units(grip, at.v); STAGES],
-            ..BrakeLimits::default()
-        };
-        let mut braking = Braking::new(&limits, v, d);
+        let braking = Braking::new(&self.in_units(grip), v, d);
         let mut at = *at;
         for _ in 0..2 * SHORT {
             if v <= 0 {
@@ -133,13 +124,14 @@ impl View<'_> {
         Err(Breach::Velocity)
     }
 
-    fn in_units(&self, grip: Grip, v: f32) -> BrakeStage {
+    /// What a piece says of `grip`.
+    fn in_units(&self, grip: Grip) -> BrakeLimits {
         let units = |x: f32, bits: u32| (x * (1_u64 << bits) as f32) as u32;
         let tick = 1.0 / self.hz;
-        BrakeStage {
-            v: units(v * tick, STAGE_V_FRAC),
-            a: units(grip.a * tick * tick, STAGE_A_FRAC),
-            j: units(grip.down * tick * tick * tick, STAGE_J_FRAC),
+        BrakeLimits {
+            a: units(grip.a * tick * tick, BRAKE_A_FRAC),
+            j: units(grip.down * tick * tick * tick, BRAKE_J_FRAC),
+            ..BrakeLimits::default()
         }
     }
 }
