@@ -18,6 +18,7 @@ use core::hint::black_box;
 
 use cortex_m_rt::entry;
 use heapless::Vec;
+use pentaspline::board::copy;
 use pentaspline::board::usart::PolledPort;
 use pentaspline::board::MACHINE;
 use pentaspline::compensation::{Compensator, Output};
@@ -444,6 +445,7 @@ fn main() -> ! {
         let text = core::str::from_utf8(&header).unwrap_or_default();
         let mut words = text.split_ascii_whitespace();
         port.put("empty", meter.empty.into());
+        port.put("memory", copy::faults().into());
         let mode = words.next();
         let mut number = || words.next().and_then(|word| word.parse().ok()).unwrap_or(0);
         let band = (number(), number());

@@ -139,3 +139,69 @@ core::arch::global_asm!(
     ".size __aeabi_memclr8, . - __aeabi_memclr8",
     ".size __aeabi_memclr4, . - __aeabi_memclr4",
 );
+
+/// How many calls of the functions above do not do what a loop would: sizes up to two turns of the longest loop and all that
+/// can be left of a third, the shorter ones at each byte of a word. The instruction meter asks before it measures.
+#[cfg(feature = "bench")]
+#[must_use]
+pub fn faults() -> u32 {
+    extern "C" {
+        fn __aeabi_memcpy(to: *mut u8, from: *const u8, bytes: usize);
+        fn __aeabi_memcpy8(to: *mut u8, from: *const u8, bytes: usize);
+        fn __aeabi_memclr8(to: *mut u8, bytes: usize);
+        fn memcpy(to: *mut u8, from: *const u8, bytes: usize) -> *mut u8;
+    }
+
+    const MOST: usize = 3 * 160;
+    const SHORT: usize = 3 * 32;
+    const MARGIN: usize = 8;
+    const OLD: u8 = 0xa5;
+
+    #[repr(align(8))]
+    struct Memory([u8; MOST + 2 * MARGIN]);
+
+    let from = Memory(core::array::from_fn(|k| k as u8 ^ (k >> 8) as u8 ^ 0x55));
+    let mut faults = 0;
+    // Calls `work` on fresh memory: of it, `bytes` from `first` on may change, to what `new` gives.
+    let mut check =
+        |first: usize, bytes: usize, new: &dyn Fn(usize) -> u8, work: &dyn Fn(*mut u8)| {
+            let mut to = Memory([OLD; MOST + 2 * MARGIN]);
+            work(to.0[first..].as_mut_ptr());
+            let right = to.0.iter().enumerate().all(|(at, &byte)| {
+                let inside = at.checked_sub(first).filter(|&k| k < bytes);
+                byte == inside.map_or(OLD, new)
+            });
+            faults += u32::from(!right);
+        };
+    for bytes in 0..=MOST {
+        let source = from.0[MARGIN..].as_ptr();
+        let same = |k: usize| from.0[MARGIN + k];
+        // SAFETY: `MOST` bytes from either place are inside the memory, and 8 divides the places.
+        check(MARGIN, bytes, &|_| 0, &|to| unsafe {
+            __aeabi_memclr8(to, bytes)
+        });
+        // SAFETY: the same.
+        check(MARGIN, bytes, &same, &|to| unsafe {
+            __aeabi_memcpy8(to, source, bytes)
+        });
+        let shifts = if bytes < SHORT { 16 } else { 0 };
+        for shift in 0..shifts {
+            let (there, here) = (MARGIN + shift / 4, MARGIN + shift % 4);
+            let source = from.0[here..].as_ptr();
+            let same = |k: usize| from.0[here + k];
+            // SAFETY: the same, at any byte.
+            check(there, bytes, &same, &|to| unsafe {
+                __aeabi_memcpy(to, source, bytes)
+            });
+            check(there, bytes, &same, &|to| {
+                // SAFETY: the same.
+                let back = unsafe { memcpy(to, source, bytes) };
+                if back != to {
+                    // SAFETY: the margin before the place is memory.
+                    unsafe { to.sub(1).write(!OLD) };
+                }
+            });
+        }
+    }
+    faults
+}

@@ -8,7 +8,7 @@ pub mod ring;
 pub mod trace;
 
 #[cfg(all(target_os = "none", feature = "stm32f4"))]
-mod copy;
+pub mod copy;
 #[cfg(all(target_os = "none", feature = "stm32f4", feature = "qemu"))]
 #[path = "emulated.rs"]
 pub mod hardware;

@@ -105,7 +105,8 @@ impl Drop for Emulator {
 /// Runs `program` under `header` (`core LOW HIGH` or `parts`, see the image) on `image`.
 ///
 /// # Errors
-/// [`BenchError::Emulate`] if emulator or image fail; [`BenchError::Refused`] if the core refuses the program.
+/// [`BenchError::Emulate`] if emulator or image fail; [`BenchError::Memory`] if the image copies memory wrongly;
+/// [`BenchError::Refused`] if the core refuses the program.
 pub fn count(image: &Path, header: &str, program: &str) -> Result<Counts, BenchError> {
     if !image.is_file() {
         return Err(EmulateError::NoImage(image.to_owned()).into());
@@ -159,6 +160,10 @@ pub fn count(image: &Path, header: &str, program: &str) -> Result<Counts, BenchE
         } else {
             counts.take(&line);
         }
+    }
+    let faults = counts.get("memory")?;
+    if faults != 0 {
+        return Err(BenchError::Memory(faults));
     }
     match counts.get("errors")? {
         0 => Ok(counts),

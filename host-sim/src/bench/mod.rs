@@ -56,6 +56,8 @@ pub enum BenchError {
         /// First line of the program.
         first_line: String,
     },
+    /// The image's own functions that copy and clear memory do so wrongly, so many times.
+    Memory(u64),
     /// The image is no ELF file for the board.
     NoElf(PathBuf),
     /// The images come from two compilers: of the meter, of the board.
@@ -91,6 +93,10 @@ impl fmt::Display for BenchError {
             Self::Refused { errors, first_line } => write!(
                 f,
                 "the program that begins `{first_line}` gave {errors} errors and was not measured"
+            ),
+            Self::Memory(faults) => write!(
+                f,
+                "the image copies or clears memory wrongly, {faults} times of what it tried"
             ),
             Self::NoElf(path) => write!(f, "{} is no image of a board", path.display()),
             Self::Mixed(meter, board) => write!(
