@@ -23,7 +23,7 @@ pub struct StepGenerator {
     /// Where each axis is, and how many steps it has made.
     at: [Phase; AXES],
     emitted: [i32; AXES],
-    negative: [bool; AXES],
+    /// An axis without steps keeps its direction.
     frame: StepFrame,
     /// The frame holds steps.
     stepped: bool,
@@ -43,7 +43,6 @@ impl StepGenerator {
         Self {
             at: position.map(phase),
             emitted: position.map(emitted),
-            negative: [false; AXES],
             frame: StepFrame::default(),
             stepped: false,
             turn_slots,
@@ -94,39 +93,47 @@ impl StepGenerator {
     pub fn lead(&mut self, axis: usize, next: Phase) {
         let before = core::mem::replace(&mut self.at[axis], next);
         if upper(before ^ next) >> UPPER_FRAC != 0 {
-            self.edges(axis, before, next);
+            self.stepped = true;
+            let train = &mut self.frame.axes[axis];
+            if edges(train, &mut self.emitted[axis], before, next) {
+                self.turn(axis);
+            }
         }
     }
 
-    /// Edges of an axis that makes steps.
+    /// The edges of an axis that changes its direction make room for the direction's set-up time.
+    #[cold]
     #[inline(never)]
-    fn edges(&mut self, axis: usize, before: Phase, next: Phase) {
-        // Whole parts modulo 2^14, so the difference has 14 bits and a sign.
-        let border = |x: Phase| upper(x) & !((1 << UPPER_FRAC) - 1);
-        let steps = border(next).wrapping_sub(border(before)) as i32 >> UPPER_FRAC;
-        let negative = steps < 0;
-        let count = steps.unsigned_abs();
-        // Distance to the first crossing, Q0.32 steps, a unit too short at most.
-        let fraction = (before >> (PHASE_FRAC - 32)) as u32;
-        let first = if negative { fraction } else { !fraction };
-        let span = next.wrapping_sub(before).unsigned_abs();
-        let (first, pitch) = place(first, span);
-        let mut edges = AxisSteps {
-            count: count as u16,
-            negative,
-            first: first.saturating_sub(1),
-            pitch: if count > 1 { pitch } else { 0 },
-        };
-        if negative != self.negative[axis] {
-            self.negative[axis] = negative;
-            let squeeze = |x: u32| ((u64::from(x) * u64::from(self.turn_share)) >> 16) as u32;
-            edges.first = (self.turn_slots << 16) + squeeze(edges.first);
-            edges.pitch = squeeze(edges.pitch);
-        }
-        self.emitted[axis] = self.emitted[axis].wrapping_add(steps);
-        self.frame.axes[axis] = edges;
-        self.stepped = true;
+    fn turn(&mut self, axis: usize) {
+        let squeeze = |x: u32| ((u64::from(x) * u64::from(self.turn_share)) >> 16) as u32;
+        let train = &mut self.frame.axes[axis];
+        train.first = (self.turn_slots << 16) + squeeze(train.first);
+        train.pitch = squeeze(train.pitch);
     }
+}
+
+/// Edges of an axis that makes steps between `before` and `next`. In `train`, what it did before; true if its direction changes.
+#[inline(never)]
+fn edges(train: &mut AxisSteps, emitted: &mut i32, before: Phase, next: Phase) -> bool {
+    // Whole parts modulo 2^14, so the difference has 14 bits and a sign.
+    let border = |x: Phase| upper(x) & !((1 << UPPER_FRAC) - 1);
+    let steps = border(next).wrapping_sub(border(before)) as i32 >> UPPER_FRAC;
+    let negative = steps < 0;
+    let count = steps.unsigned_abs();
+    // Distance to the first crossing, Q0.32 steps, a unit too short at most.
+    let fraction = (before >> (PHASE_FRAC - 32)) as u32;
+    let first = if negative { fraction } else { !fraction };
+    let span = next.wrapping_sub(before).unsigned_abs();
+    let (first, pitch) = place(first, span);
+    let turned = (steps as u32 >> 31) ^ u32::from(train.negative);
+    *train = AxisSteps {
+        count: count as u16,
+        negative,
+        first: first.saturating_sub(1),
+        pitch: if count > 1 { pitch } else { 0 },
+    };
+    *emitted = emitted.wrapping_add(steps);
+    turned != 0
 }
 
 /// The upper word of a phase.

@@ -103,6 +103,8 @@ const fn reset(pin: u8) -> u32 {
 
 /// No pulse stands over.
 const NONE: u16 = u16::MAX;
+/// No direction yet.
+const UNKNOWN: u8 = 2;
 
 /// Expands frames, and remembers what reaches over the end of a tick.
 #[derive(Clone, Copy, Debug)]
@@ -113,24 +115,28 @@ pub struct PortExpander {
     falling: [u16; AXES],
     /// One of them is not [`NONE`].
     standing: bool,
-    /// Direction the pin shows: `None` before the first step.
-    negative: [Option<bool>; AXES],
+    /// What sets the step pin of an axis; 16 bits higher, it resets it.
+    rise: [u32; AXES],
+    /// Direction the pin shows, 1 where it counts down; [`UNKNOWN`] before the first step.
+    direction: [u8; AXES],
 }
 
 impl PortExpander {
     /// No pulse standing, directions unknown.
     #[must_use]
     pub const fn new(pins: &PinMap) -> Self {
-        let mut pins = *pins;
-        // A pulse that lasts longer than a tick has no place.
-        if pins.pulse_slots > SLOTS {
-            pins.pulse_slots = SLOTS;
+        let mut rise = [0; AXES];
+        let mut a = 0;
+        while a < AXES {
+            rise[a] = set(pins.step[a]);
+            a += 1;
         }
         Self {
-            pins,
+            pins: *pins,
             falling: [NONE; AXES],
             standing: false,
-            negative: [None; AXES],
+            rise,
+            direction: [UNKNOWN; AXES],
         }
     }
 
@@ -154,18 +160,21 @@ impl PortExpander {
         let Some(frame) = frame else { return };
         out.used = true;
         let words = Cell::from_mut(&mut out.words[..]).as_slice_of_cells();
+        // A pulse that lasts longer than a tick has no place.
+        let pulse = usize::from(self.pins.pulse_slots).min(words.len());
+        let falls = &words[pulse..];
         for (a, axis) in frame.axes.iter().enumerate() {
             if axis.count == 0 {
                 continue;
             }
-            if self.negative[a] != Some(axis.negative) {
+            if self.direction[a] != u8::from(axis.negative) {
                 self.turn(a, axis, words);
             }
             let edge = Edge {
-                rise: set(self.pins.step[a]),
-                pulse: usize::from(self.pins.pulse_slots),
+                rise: self.rise[a],
+                pulse,
             };
-            if let Some(slot) = edge.train(words, axis) {
+            if let Some(slot) = edge.train(words, falls, axis) {
                 self.falling[a] = slot;
                 self.standing = true;
             }
@@ -190,7 +199,7 @@ impl PortExpander {
     #[inline(never)]
     fn turn(&mut self, a: usize, axis: &AxisSteps, words: &[Cell<u32>]) {
         let pins = &self.pins;
-        self.negative[a] = Some(axis.negative);
+        self.direction[a] = u8::from(axis.negative);
         let positive_is_high = pins.dir_high_is_positive >> a & 1 != 0;
         let word = if axis.negative != positive_is_high {
             set(pins.dir[a])
@@ -213,12 +222,13 @@ struct Edge {
 }
 
 impl Edge {
-    /// Writes the pulses of one axis; the slot of the next tick in which the last of them ends, if not in this one.
+    /// Writes the pulses of one axis; the slot of the next tick in which the last of them ends, if not in this one. `falls` is
+    /// `words` from a pulse on.
     ///
     /// This is where most of the time goes at high step rates. One comparison per step ends the loop and bounds both
     /// words: the views of rising and falling edges are the same words a pulse apart, cut where the last edge is.
     #[inline(always)]
-    fn train(self, words: &[Cell<u32>], axis: &AxisSteps) -> Option<u16> {
+    fn train(self, words: &[Cell<u32>], falls: &[Cell<u32>], axis: &AxisSteps) -> Option<u16> {
         const TICK: u32 = (SLOTS as u32) << 16;
         let more = u32::from(axis.count) - 1;
         let pitch = axis.pitch;
@@ -229,8 +239,8 @@ impl Edge {
         }
         let last = last as u32;
         let edges = (last >> 16) as usize + 1;
-        let inside = (words.len() - self.pulse).min(edges);
-        let (rises, falls) = (&words[..inside], &words[self.pulse..][..inside]);
+        let inside = falls.len().min(edges);
+        let (rises, falls) = (&words[..inside], &falls[..inside]);
         let (up, down) = (self.rise, self.rise << 16);
         let mut at = axis.first;
         loop {
