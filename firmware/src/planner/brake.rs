@@ -203,6 +203,26 @@ pub fn hop(distance: i128, m: u32) -> i64 {
     ((distance + divisor / 2) / divisor) as i64
 }
 
+/// Jerks from rest to rest over `distance`: an acceleration for `n` ticks at once and the same against it, with `pause` ticks
+/// (none or one) between; the time-optimal shape where only acceleration binds. s_end = n (n + pause) a in this discrete form,
+/// exactly, after 2 n + pause ticks, with no velocity left; what is left of the acceleration ends with the motion. The first ones
+/// may be empty. `None` where a jerk is out of range.
+#[must_use]
+pub fn dash(distance: i128, n: u32, pause: u32) -> Option<[(i64, u32); 4]> {
+    let divisor = i128::from(n) * i128::from(n + pause);
+    let a = (distance + divisor / 2).checked_div(divisor)?;
+    let a = i64::try_from(a).ok()?;
+    let over = if pause == 0 {
+        (a.checked_mul(-2)?, 1)
+    } else {
+        (-a, 2)
+    };
+    Some(match n {
+        1 => [(0, 0), (0, 0), (a, 1), over],
+        _ => [(a, 1), (0, n - 1), over, (0, n - 1)],
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -264,6 +284,29 @@ mod tests {
                     a: 0
                 }
             );
+        }
+    }
+
+    #[test]
+    fn a_dash_is_exact_and_keeps_one_acceleration() {
+        for (n, pause) in [(1, 0), (1, 1), (2, 0), (7, 1), (150, 0)] {
+            let distance = i128::from(n) * i128::from(n + pause) * 12_345;
+            let phases = dash(distance, n, pause).unwrap();
+            let mut state = PathState::default();
+            let mut ticks = 0;
+            for (jerk, n) in phases {
+                for _ in 0..n {
+                    state.step(jerk);
+                    assert!(state.a.abs() == 12_345 || state.a == 0, "{state:?}");
+                    ticks += 1;
+                }
+            }
+            let end = PathState {
+                s: distance,
+                v: 0,
+                a: -12_345,
+            };
+            assert_eq!((state, ticks), (end, 2 * n + pause));
         }
     }
 

@@ -67,7 +67,7 @@ impl View<'_> {
     fn settled(&self, at: &Motion) -> Option<Way> {
         let limits = &self.nodes.get(at.node).limits;
         let within = at.v <= limits.v * SLACK
-            && self.keeps(at.node, [at.v, at.a, 0.0], Share::ALL.loose(SLACK));
+            && self.keeps(at.node, [at.v, at.a, 0.0], Share { a: SLACK, j: SLACK });
         within.then(|| self.refuge(at)).flatten()
     }
 

@@ -4,7 +4,7 @@
 //! limit breaks on the way. Sums over ticks in closed form, as [`PathState::after`](crate::interpolator::PathState::after)
 //! has them in integers; many of these predictions are made for each piece that is planned.
 
-use super::limits::Share;
+use super::limits::{Share, BUILDS_UP};
 use super::profile::View;
 use crate::units::{larger, smaller};
 
@@ -119,14 +119,12 @@ pub(super) enum Breach {
     Change,
 }
 
-/// Ticks around a joint whose differences see both sides of it.
-const AROUND: f32 = 2.0;
+/// Ticks around a joint whose differences see both sides of it, third ones with jerk limited and otherwise second ones, and a
+/// little more.
+const AROUND: [f32; 2] = [2.0, 1.01];
 
 /// Ticks within one node from which on the middle of a step is looked at, too: with jerk limited, and without.
 const LONG: [f32; 2] = [6.0, 2.0];
-
-/// A joint that leaves more than this share of the limits bends what is asked of the axes no more than the curve does.
-const SMOOTH: f32 = 0.99;
 
 /// Steps in which the end of a node is approached: Newton's method where the motion slows down.
 const APPROACHES: u32 = 4;
@@ -142,6 +140,8 @@ const ROUNDING: f32 = 3.0e-7;
 pub(super) struct Tolerance {
     v: f32,
     a: f32,
+    /// Jerk as so many times what there is of it.
+    j: f32,
     /// What a joint takes counts so many times.
     taken: f32,
     /// Velocity backwards, of that at the beginning.
@@ -149,12 +149,12 @@ pub(super) struct Tolerance {
 }
 
 impl Tolerance {
-    /// Share that may be used beside a joint that leaves `left`.
-    fn beside(&self, left: Share) -> Share {
-        let rest = |left: f32| 1.0 - (1.0 - left) * self.taken;
-        let Share { a, j } = left;
-        let (a, j) = (rest(a), rest(j));
-        Share { a, j }.loose(self.a)
+    /// Share of the limits that may be used.
+    fn all(&self) -> Share {
+        Share {
+            a: self.a,
+            j: self.j,
+        }
     }
 }
 
@@ -162,6 +162,7 @@ impl Tolerance {
 pub(super) const PREDICTING: Tolerance = Tolerance {
     v: 1.000_004,
     a: 1.001,
+    j: 1.001,
     taken: 1.0,
     back: 1.0e-5,
 };
@@ -176,8 +177,15 @@ pub(super) const BRAKING: Tolerance = Tolerance {
 pub(super) const TAKING: Tolerance = Tolerance {
     v: 1.000_008,
     a: 1.0015,
+    j: 1.0015,
     taken: 1.0,
     back: 2.0e-5,
+};
+
+/// For what turns an acceleration into its opposite within a tick, where jerk is not limited.
+pub(super) const DASHING: Tolerance = Tolerance {
+    j: 2.0 / BUILDS_UP * 1.001,
+    ..PREDICTING
 };
 
 impl View<'_> {
@@ -192,18 +200,27 @@ impl View<'_> {
         let h = course.h;
         let mut at = *from;
         let mut fastest = from.v;
-        let all = Share::ALL.loose(tolerance.a);
+        let all = tolerance.all();
         // Braking for a hold is run in parts of a tick.
         let in_ticks = h * self.hz > 0.5;
         for (&jerk, &ticks) in course.jerk.iter().zip(&course.ticks) {
-            let keeps =
-                |at: &Motion, slack: Share| self.keeps(at.node, [self.seen(at), at.a, jerk], slack);
+            let keeps = |at: &Motion| self.keeps(at.node, [self.seen(at), at.a, jerk], all);
+            // In a tick that sees the joint behind node `joint`.
+            let passes = |at: &Motion, joint: usize| {
+                let motion = [self.seen(at), at.a, jerk];
+                self.keeps_beside(at.node, joint, motion, all, [at.v, tolerance.taken])
+            };
             // The second difference of the tick behind a joint sees it, too.
             let later = |at: &Motion| Motion {
                 a: at.a + jerk * h,
                 ..*at
             };
-            if ticks > 0 && !(keeps(&at, all) && self.beside(&at, jerk, last, tolerance)) {
+            if ticks > 0 && !(keeps(&at) && self.beside(&at, jerk, last, tolerance)) {
+                return Err(Breach::Change);
+            }
+            // Where jerk is not limited, the first tick may be all of the acceleration.
+            let sudden = ticks > 0 && in_ticks && self.nodes.get(at.node).brisk;
+            if sudden && !self.beside(&later(&at), jerk, last, tolerance) {
                 return Err(Breach::Change);
             }
             let mut remaining = ticks;
@@ -245,37 +262,29 @@ impl View<'_> {
                 // Where the jerk or the node ends; within, what is asked of the axes hardly bends. Where jerk is not limited, a tick may
                 // be all of the acceleration.
                 let over = next.node < last && next.left < 0.0;
-                let share = if over {
-                    tolerance.beside(node.exit_taken.left(v))
-                } else {
-                    all
-                };
                 let near = n > 1 && node.brisk && in_ticks;
-                if (near || over || remaining == 0) && !keeps(&next, share) {
+                let inside = near || remaining == 0;
+                if (over && !passes(&next, next.node)) || (!over && inside && !keeps(&next)) {
                     return Err(Breach::Change);
                 }
                 if n as f32 * h * self.hz > LONG[usize::from(node.brisk)] {
                     let middle = at.after(jerk, (n / 2) as f32, h);
-                    if !keeps(&middle, all) {
+                    if !keeps(&middle) {
                         return Err(Breach::Change);
                     }
                 }
                 while next.node < last && next.left < 0.0 {
                     let node = self.nodes.get(next.node);
-                    let (exit, share, stop) = (
-                        node.exit_v,
-                        tolerance.beside(node.exit_taken.left(v)),
-                        node.stop,
-                    );
+                    let (exit, smooth, stop) = (node.exit_v, node.exit_taken.is_none(), node.stop);
+                    let joint = next.node;
                     next.node += 1;
                     let inside = self.nodes.get(next.node);
                     next.left += inside.length;
                     if stop || v > smaller(exit, inside.limits.v) * tolerance.v + rounded {
                         return Err(Breach::Velocity);
                     }
-                    let smooth = !inside.brisk && share.a > SMOOTH && share.j > SMOOTH;
-                    let ends = remaining == 0 || !in_ticks || smooth;
-                    if !(keeps(&next, share) && (ends || keeps(&later(&next), share))) {
+                    let ends = remaining == 0 || !in_ticks || (smooth && !inside.brisk);
+                    if !(passes(&next, joint) && (ends || passes(&later(&next), joint))) {
                         return Err(Breach::Change);
                     }
                 }
@@ -306,12 +315,17 @@ impl View<'_> {
     /// Whether `jerk` is allowed beyond the joints that the differences of a few ticks see from `at`.
     fn beside(&self, at: &Motion, jerk: f32, last: usize, tolerance: Tolerance) -> bool {
         let here = self.nodes.get(at.node);
-        let near = AROUND * at.v / self.hz;
+        let near = AROUND[usize::from(here.brisk)] * at.v / self.hz;
         // `joint` is the node in front of it.
         let keeps = |index: usize, joint: usize| {
-            let share = tolerance.beside(self.nodes.get(joint).exit_taken.left(at.v));
             let v = smaller(self.seen(at), self.nodes.get(index).limits.v);
-            self.keeps(index, [v, at.a, jerk], share)
+            self.keeps_beside(
+                index,
+                joint,
+                [v, at.a, jerk],
+                tolerance.all(),
+                [at.v, tolerance.taken],
+            )
         };
         let both = |joint: usize| keeps(joint, joint) && keeps(joint + 1, joint);
         let behind = at.node > 0 && here.length - at.left < near;

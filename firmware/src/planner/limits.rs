@@ -14,8 +14,8 @@ use crate::units::{larger, smaller, sqrt, AxisVec, AXES};
 /// is, since speeding up or slowing down may make up for it. What is planned is run, so this only ends the search.
 const CURVATURE_SHARE: f32 = 2.0;
 const TORSION_SHARE: f32 = 2.0;
-/// Share of an acceleration that a tick may build up where jerk is not limited: three ticks for all of it.
-const BUILDS_UP: f32 = 1.0 / 3.0;
+/// Share of an acceleration that a tick may build up where jerk is not limited: two ticks for all of it.
+pub(super) const BUILDS_UP: f32 = 1.0 / 2.0;
 /// Share of an axis' jerk that curvature may take in all; the rest is for changing the acceleration.
 const NEUTRAL_SHARE: f32 = 0.9;
 /// Jerk that is always counted on, share of what there is at standstill.
@@ -25,15 +25,18 @@ const PIECE_JERK: f32 = 1.0 / (1_u64 << (T_FRAC - 62)) as f32;
 /// Slope below which an axis does not count as moving along, axis units per path unit.
 const LEAST_SLOPE: f32 = 1.0e-6;
 /// Share of an axis' jerk that passing a joint may take.
-const JOINT_SHARE: f32 = 0.95;
+const JOINT_SHARE: f32 = 0.98;
 /// What ranges of derivatives are wider than the derivatives, at most ([`Span`]).
 const WIDER: f32 = 1.0 + 1.0 / 60.0;
 /// Halvings of the range in which the velocity over a joint is looked for.
 const JOINT_HALVINGS: u32 = 12;
 /// Share of an axis' acceleration that passing a joint may take where jerk is not limited.
-const JOINT_ACCELERATION: f32 = 0.9;
-/// Turn of the tangent from which on a joint is a corner, rad (6 degrees).
-const CORNER: f32 = 0.1;
+const JOINT_ACCELERATION: f32 = 0.97;
+/// Step of an axis' q' that is stopped at where it is too fast to be passed, without jerk limit: one that is passed in four ticks of
+/// acceleration from rest saves nothing.
+const SHARP: f32 = 0.25;
+/// What passing a joint may take of the limits of an axis and still is as good as nothing.
+const SMOOTH: f32 = 0.004;
 /// A step in the second derivative falls between two ticks; the third difference sees at most this share of it at once
 /// (a step at the fraction f of a tick is seen as (1-f)^2/2, 1/2 + f - f^2 and f^2/2 in three successive ticks).
 const SAMPLED_STEP: f32 = 0.75;
@@ -49,6 +52,10 @@ pub struct Rates {
     pub j: AxisVec,
     /// Largest jerk along the path that a piece can hold, path units/s^3.
     pub most: f32,
+    /// Ticks per second.
+    hz: f32,
+    /// The same where jerk is limited, otherwise 0: jerk per step of acceleration.
+    jerk_hz: f32,
 }
 
 impl Rates {
@@ -57,6 +64,8 @@ impl Rates {
         a: [0.0; AXES],
         j: [0.0; AXES],
         most: 0.0,
+        hz: 0.0,
+        jerk_hz: 0.0,
     };
 
     /// Those of the machine; jerk-limited if `soft`.
@@ -67,6 +76,8 @@ impl Rates {
             a: core::array::from_fn(|i| config.axes[i].a_max),
             j: core::array::from_fn(|i| axis_jerk(config, i, soft)),
             most: PIECE_JERK * hz * hz * hz,
+            hz,
+            jerk_hz: if soft { hz } else { 0.0 },
         }
     }
 }
@@ -78,20 +89,6 @@ pub struct Share {
     pub a: f32,
     /// Of jerk.
     pub j: f32,
-}
-
-impl Share {
-    /// All.
-    pub const ALL: Self = Self { a: 1.0, j: 1.0 };
-
-    /// Loosened by the factor `slack`.
-    #[must_use]
-    pub fn loose(self, slack: f32) -> Self {
-        Self {
-            a: self.a * slack,
-            j: self.j * slack,
-        }
-    }
 }
 
 /// Limits at one velocity, whichever way: mm (or degree), s.
@@ -239,6 +236,56 @@ impl CurveLimits {
         true
     }
 
+    /// The same in a tick that sees a joint passed at velocity `over`: what that takes, `weight` times, comes on top of what this
+    /// segment asks for.
+    #[must_use]
+    pub fn keeps_beside(
+        &self,
+        rates: &Rates,
+        [v, a, j]: [f32; 3],
+        share: Share,
+        taken: &Taken,
+        [over, weight]: [f32; 2],
+    ) -> bool {
+        let (square, cross, cube) = (v * v, 3.0 * v * a, v * v * v);
+        let wide = [a, j, cross].map(f32::abs);
+        // A step in q' adds what it turns, in one tick or two; a step in q'' up to its share of what it bends.
+        let bent = 0.5 * SAMPLED_STEP * over * over * rates.jerk_hz * weight;
+        let turned = (over * rates.hz + wide[0]) * rates.jerk_hz * weight;
+        let kinked = 0.5 * over * rates.hz * weight;
+        for i in 0..AXES {
+            let spans = self.of_axis(i);
+            if Span::are_zero(spans) {
+                continue;
+            }
+            let [[q1, r1], [q2, r2], [q3, r3]] = spans.map(Span::parts);
+            let (a_max, j_max) = (rates.a[i], rates.j[i]);
+            let inside = [q1 * a + q2 * square, q1 * j + q2 * cross + q3 * cube];
+            let mut most = inside.map(f32::abs);
+            if !taken.spares(i) {
+                let [step1, step2] = taken.of_axis(i);
+                let [bend, kink] = [bent * step2, kinked * step1];
+                // A corner that the machine file allows may take more than there is: then it leaves a little.
+                most = [
+                    smaller(
+                        (inside[0] + kink).abs() + kink.abs(),
+                        most[0] + JOINT_ACCELERATION * a_max,
+                    ),
+                    smaller(
+                        (inside[1] + bend).abs() + bend.abs() + turned * step1.abs(),
+                        most[1] + JOINT_SHARE * j_max,
+                    ),
+                ];
+            }
+            let acceleration = most[0] + (r1 * wide[0] + r2 * square);
+            let jerk = most[1] + (r1 * wide[1] + r2 * wide[2] + r3 * cube);
+            if !(acceleration <= share.a * a_max && jerk <= share.j * j_max) {
+                return false;
+            }
+        }
+        true
+    }
+
     /// Limits that hold at `v`, whichever way the motion is changed.
     #[must_use]
     pub fn at(&self, rates: &Rates, v: f32) -> PathLimits {
@@ -279,32 +326,44 @@ impl CurveLimits {
     }
 }
 
-/// What passing a joint takes of the limits of the axes in the ticks around it, as shares: at any velocity, per path unit/s
-/// and per square of that.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Taken {
-    /// Of acceleration, per velocity.
-    a: f32,
-    /// Of jerk.
-    j: [f32; 3],
-}
+/// What passing a joint takes of the axes: the steps of their q' and q'' there, from the segment before it to the one behind.
+/// Each is the upper half of an `f32`, rounded away from zero: what is taken is a little more.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Taken([u32; AXES]);
+
+/// The upper half of a word.
+const UPPER: u32 = 0xffff_0000;
 
 impl Taken {
     /// Nothing.
-    pub const NONE: Self = Self {
-        a: 0.0,
-        j: [0.0; 3],
-    };
+    pub const NONE: Self = Self([0; AXES]);
 
-    /// What is left at velocity `v`.
+    fn new(before: &PathDerivatives, after: &PathDerivatives) -> Self {
+        let half = |before: f32, after: f32| (after - before).to_bits().saturating_add(!UPPER);
+        Self(core::array::from_fn(|i| {
+            let first = half(before.first[i], after.first[i]);
+            let second = half(before.second[i], after.second[i]);
+            first & UPPER | second >> 16
+        }))
+    }
+
+    /// Whether nothing is.
+    #[inline]
     #[must_use]
-    pub fn left(&self, v: f32) -> Share {
-        let [fixed, linear, square] = self.j;
-        let taken = fixed + v * (linear + v * square);
-        Share {
-            a: 1.0 - smaller(JOINT_ACCELERATION, self.a * v),
-            j: 1.0 - smaller(JOINT_SHARE, taken),
-        }
+    pub fn is_none(&self) -> bool {
+        self.0.iter().fold(0, |all, word| all | word) == 0
+    }
+
+    /// Whether nothing is taken of axis `i`.
+    #[inline]
+    fn spares(&self, i: usize) -> bool {
+        self.0[i] == 0
+    }
+
+    /// Steps of q' and q'' of axis `i`.
+    #[inline]
+    fn of_axis(&self, i: usize) -> [f32; 2] {
+        [self.0[i] & UPPER, self.0[i] << 16].map(f32::from_bits)
     }
 }
 
@@ -332,7 +391,7 @@ const ROUNDED: f32 = 12.0;
 /// Units of a step.
 const STEP: f32 = (1_u64 << 32) as f32;
 
-/// Jerk limit of an axis, less what rounding adds to it in the sampled motion. Without `SOFT` the acceleration builds up within three ticks.
+/// Jerk limit of an axis, less what rounding adds to it in the sampled motion. Without `SOFT` the acceleration builds up within two ticks.
 fn axis_jerk(config: &Config, axis: usize, soft: bool) -> f32 {
     if soft {
         let hz = config.servo_hz as f32;
@@ -378,7 +437,7 @@ pub fn velocity_limit(config: &Config, shape: &PathShape, length: f32, soft: boo
 /// `|dq'| v / dt^2` of jerk in the sampled motion; a step in q'' is `SAMPLED_STEP` `|dq''| v^2 / dt` of jerk; path
 /// acceleration a turned by a step in q' is `|dq'| a / dt`. All must fit into the share of the axis' jerk set aside for
 /// joints, or the axis' configured corner velocity step must cover the first. Without jerk limit the step in q' must fit
-/// into the share of acceleration, and at a corner the configured step alone counts.
+/// into the share of acceleration, or into the configured step; a sharp one stops.
 #[must_use]
 pub fn joint(
     config: &Config,
@@ -390,21 +449,17 @@ pub fn joint(
 ) -> Joint {
     let hz = config.servo_hz as f32;
     let mut allowed = v;
-    let turns = (0..AXES).map(|a| after.first[a] - before.first[a]);
-    let corner = turns.map(|step| step * step).sum::<f32>() > CORNER * CORNER;
     for a in 0..AXES {
         let axis = &config.axes[a];
         let step1 = (after.first[a] - before.first[a]).abs();
         let step2 = SAMPLED_STEP * (after.second[a] - before.second[a]).abs();
         if !soft {
-            let smooth = if corner {
-                0.0
-            } else {
-                JOINT_ACCELERATION * axis.a_max / hz
-            };
-            let step = larger(smooth, axis.corner_step);
+            let step = larger(JOINT_ACCELERATION * axis.a_max / hz, axis.corner_step);
             if allowed * step1 > step {
                 allowed = step / step1;
+                if step1 > SHARP && axis.corner_step <= 0.0 {
+                    return Joint::STOP;
+                }
             }
             continue;
         }
@@ -440,19 +495,20 @@ pub fn joint(
         // The joint is a stop: nothing is passed, nothing is taken.
         return Joint::STOP;
     }
-    let mut taken = Taken::NONE;
-    for a in 0..AXES {
+    let smooth = (0..AXES).all(|a| {
         let axis = &config.axes[a];
         let step1 = (after.first[a] - before.first[a]).abs();
         let step2 = SAMPLED_STEP * (after.second[a] - before.second[a]).abs();
-        taken.a = larger(taken.a, step1 * hz / axis.a_max);
-        if soft {
-            let limit = axis_jerk(config, a, soft);
-            let costs = [step1 * axis.a_max * hz, step1 * hz * hz, step2 * hz];
-            for (most, cost) in taken.j.iter_mut().zip(costs) {
-                *most = larger(*most, cost / limit);
-            }
-        }
+        let turned = step1 * (allowed * hz + axis.a_max) + step2 * allowed * allowed;
+        let jerk = if soft { turned * hz } else { 0.0 };
+        step1 * allowed * hz <= SMOOTH * axis.a_max && jerk <= SMOOTH * axis_jerk(config, a, soft)
+    });
+    Joint {
+        v: allowed,
+        taken: if smooth {
+            Taken::NONE
+        } else {
+            Taken::new(before, after)
+        },
     }
-    Joint { v: allowed, taken }
 }

@@ -38,7 +38,7 @@ use tempo::{Request, Schedule, Tempo, FEED_MAX};
 pub const LEAD_TICKS: u32 = 100;
 
 /// Pieces that one decision makes, at most.
-const PIECES_AT_ONCE: usize = 3;
+const PIECES_AT_ONCE: usize = 4;
 
 // Planned but not yet driven (a joint per tick at most) and what is looked ahead: all fits into the window.
 const _: () = assert!(LEAD_TICKS as usize + LOOK_AHEAD < nodes::NODES);
@@ -239,14 +239,15 @@ impl<'a> Planner<'a> {
             length: length_of(*length_q),
             limits: CurveLimits::new(shape, segment.velocity(100)),
             exit_v: joints.programmed.v,
-            exit_taken: joints.programmed.taken,
+            // At the higher velocity: what is nothing there is nothing below.
+            exit_taken: joints.raised.taken,
             stop: joints.programmed.v <= 0.0,
             brisk: !order.soft,
             curve_v: *curve_v,
             programmed_v: *programmed_v,
             rapid: !order.feed.is_finite(),
             raised: false,
-            other: joints.raised,
+            other_v: joints.raised.v,
         };
         let tempo = self.tempo_now();
         if tempo != Tempo::PROGRAMMED {

@@ -1,6 +1,6 @@
 //! The look-ahead window: limits and length of every segment that has not been driven yet, and how it may be driven.
 
-use super::limits::{CurveLimits, Joint, Taken};
+use super::limits::{CurveLimits, Taken};
 
 /// Segments the window can hold, those included that are planned but not driven yet.
 pub const NODES: usize = 232;
@@ -29,10 +29,10 @@ pub struct Node {
     pub programmed_v: f32,
     /// Rapid motion: the rapid override counts.
     pub rapid: bool,
-    /// `exit_v` and `exit_taken` are those of a feed override above 100 %.
+    /// `exit_v` is that of a feed override above 100 %.
     pub raised: bool,
     /// The same for the other range of overrides.
-    pub other: Joint,
+    pub other_v: f32,
 }
 
 /// Where there is no node.
@@ -54,7 +54,7 @@ const UNUSED: Node = Node {
     programmed_v: 0.0,
     rapid: false,
     raised: false,
-    other: Joint::STOP,
+    other_v: 0.0,
 };
 
 /// Ring of nodes, oldest first.
@@ -155,7 +155,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn node_takes_no_more_than_a_hundred_and_fifty_bytes() {
-        assert!(size_of::<Node>() <= 150, "{}", size_of::<Node>());
+    fn node_takes_no_more_than_a_hundred_and_twenty_bytes() {
+        assert!(size_of::<Node>() <= 120, "{}", size_of::<Node>());
     }
 }

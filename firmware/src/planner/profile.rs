@@ -6,8 +6,8 @@
 //! one. Where a programmed stop comes within reach, the rest of the way is solved to end exactly on it
 //! ([`super::brake::land`], [`super::brake::hop`]).
 
-use super::brake::{brake, hop, land, slow, Phases};
-use super::course::{Course, Motion, PREDICTING, TAKING};
+use super::brake::{brake, dash, hop, land, slow, Phases};
+use super::course::{Course, Motion, DASHING, PREDICTING, TAKING};
 use super::limits::{PathLimits, Range, Rates, Share};
 use super::nodes::Nodes;
 use super::refuge::Way;
@@ -46,6 +46,10 @@ const EFFORTS: [Effort; 2] = [
 
 /// Phases of a rest-to-rest move, in ticks, that are tried at most where they are longer than the limits ask for.
 const HOPS: u32 = 6;
+
+/// The same for a rest-to-rest move with one acceleration, and its longest half that is tried, ticks.
+const DASHES: u32 = 6;
+const DASH_MAX: f32 = 256.0;
 
 /// Part of that range that is tried first where jerk is limited.
 const LEAST_GAIN: f32 = 1.0 / 8.0;
@@ -93,6 +97,14 @@ pub struct View<'a> {
     pub hz: f32,
 }
 
+/// Pieces that end in a programmed stop.
+pub(super) type Landing = [(i64, u32); 4];
+
+/// Three phases as a landing.
+fn landing([x, y, z]: Phases) -> Landing {
+    [(0, 0), x, y, z]
+}
+
 /// What to run.
 #[derive(Clone, Debug)]
 pub(super) enum Decision {
@@ -104,10 +116,10 @@ pub(super) enum Decision {
     Settle([(i64, u32); 2], Way),
     /// Three pieces from rest to rest.
     Creep(Phases),
-    /// Three pieces to rest at the end of node `stop`.
+    /// To rest at the end of node `stop`.
     Land {
-        /// The pieces.
-        phases: Phases,
+        /// The pieces; the first ones may be empty.
+        phases: Landing,
         /// Index of the node that ends there.
         stop: usize,
     },
@@ -145,6 +157,24 @@ impl View<'_> {
     pub(super) fn keeps(&self, index: usize, motion: [f32; 3], share: Share) -> bool {
         let limits = &self.nodes.get(index).limits;
         limits.keeps(self.rates(index), motion, share)
+    }
+
+    /// The same in a tick that sees the joint at the end of node `joint` passed at velocity `over`, which takes `weight` times what it
+    /// does.
+    pub(super) fn keeps_beside(
+        &self,
+        index: usize,
+        joint: usize,
+        motion: [f32; 3],
+        share: Share,
+        [over, weight]: [f32; 2],
+    ) -> bool {
+        let limits = &self.nodes.get(index).limits;
+        let taken = &self.nodes.get(joint).exit_taken;
+        if taken.is_none() {
+            return limits.keeps(self.rates(index), motion, share);
+        }
+        limits.keeps_beside(self.rates(index), motion, share, taken, [over, weight])
     }
 
     /// Limits in node `index` at velocity `v`, whichever way the motion is changed.
@@ -204,9 +234,10 @@ impl View<'_> {
             // What rounding leaves of a standstill is one: nothing could be done from it a whole tick long.
             let at_rest = self.state.v.abs() < FINE && self.state.a.abs() < FINE;
             let decision = if at_rest {
-                self.try_hop(stop)
+                let dash = self.try_dash(stop);
+                dash.or_else(|| self.try_hop(stop).map(landing))
             } else {
-                self.try_land(stop, GENTLE)
+                self.try_land(stop, GENTLE).map(landing)
             };
             if let Some(phases) = decision {
                 return Decision::Land {
@@ -317,8 +348,10 @@ impl View<'_> {
         }
         if let Some(stop) = stop {
             if let Some(phases) = self.try_land(stop, LATE) {
-                let stop = stop.index;
-                return Decision::Land { phases, stop };
+                return Decision::Land {
+                    phases: landing(phases),
+                    stop: stop.index,
+                };
             }
         }
         Decision::GoOn
@@ -362,6 +395,36 @@ impl View<'_> {
             end.is_ok().then_some(phases)
         });
         found.map_or(Decision::GoOn, Decision::Creep)
+    }
+
+    /// From rest to rest at `stop` with one acceleration, where jerk is not limited.
+    fn try_dash(&self, stop: &StopAhead) -> Option<Landing> {
+        let start = self.motion();
+        if !self.nodes.get(start.node).brisk || stop.distance_q <= 0 {
+            return None;
+        }
+        let time = |a: f32| libm::ceilf(sqrt(stop.distance / a) * self.hz);
+        let still = |index: usize| {
+            let Range { down, up } = self.acceleration(index, 0.0);
+            smaller(down, up)
+        };
+        // The window is long: what lies behind is of no matter where it is too far already.
+        if !(time(still(start.node)) <= DASH_MAX) {
+            return None;
+        }
+        let least = (start.node..=stop.index).map(still).fold(f32::MAX, smaller);
+        let n = (time(least).max(1.0)) as u32;
+        // With the pause it takes a tick more, and less acceleration.
+        ((2 * n - 1).max(2)..2 * n + DASHES).find_map(|ticks| {
+            let phases = dash(stop.distance_q, ticks / 2, ticks % 2)?;
+            let [w, x, y, z] = phases;
+            let run = |at: &Motion, phases: &Phases| {
+                self.follow(at, &self.course(phases), stop.index, DASHING)
+                    .ok()
+            };
+            run(&run(&start, &[w, x, y])?, &[z, (0, 0), (0, 0)])?;
+            Some(phases)
+        })
     }
 
     fn try_hop(&self, stop: &StopAhead) -> Option<Phases> {

@@ -9,7 +9,6 @@
 
 use heapless::Deque;
 
-use super::limits::Joint;
 use super::nodes::Node;
 use super::LEAD_TICKS;
 
@@ -118,12 +117,7 @@ impl Node {
         let raised = tempo.feed > 100;
         if self.raised != raised {
             self.raised = raised;
-            let Joint { v, taken } = self.other;
-            self.other = Joint {
-                v: self.exit_v,
-                taken: self.exit_taken,
-            };
-            (self.exit_v, self.exit_taken) = (v, taken);
+            (self.exit_v, self.other_v) = (self.other_v, self.exit_v);
         }
         let percent = if self.rapid { tempo.rapid } else { tempo.feed };
         self.limits.v = self.velocity(percent).min(tempo.most);
