@@ -21,7 +21,7 @@ const FLUCTUATION_SLOW: f64 = 5e-4;
 fn judged(name: &str, setup: &Setup, text: &str, percent: u8, share: f64) -> Fluctuation {
     let mut held = held(setup, text, percent);
     if percent != 100 {
-        // It counts 20 ms after it was asked for, and is followed then.
+        // It counts 10 ms after it was asked for, and is followed then.
         held.ideal.exclude_start(6.0);
     }
     let found = fluctuation(&held.config, &held.run, &held.ideal);

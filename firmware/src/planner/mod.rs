@@ -35,7 +35,7 @@ use scarce::Supply;
 use tempo::{Request, Schedule, Tempo, FEED_MAX};
 
 /// Ticks planned ahead of the interrupt. Covers the longest stretch of background work between two calls.
-pub const LEAD_TICKS: u32 = 100;
+pub const LEAD_TICKS: u32 = 48;
 
 /// Pieces that one decision makes, at most.
 const PIECES_AT_ONCE: usize = 4;

@@ -3,7 +3,7 @@
 use super::limits::{CurveLimits, Taken};
 
 /// Segments the window can hold, those included that are planned but not driven yet.
-pub const NODES: usize = 232;
+pub const NODES: usize = 177;
 
 /// One segment as the planner sees it. Words are enough for the alignment of what lies in the window.
 #[derive(Clone, Copy, Debug, PartialEq)]
