@@ -35,6 +35,8 @@ const JOINT_ACCELERATION: f32 = 0.97;
 /// Step of an axis' q' that is stopped at where it is too fast to be passed, without jerk limit: one that is passed in four ticks of
 /// acceleration from rest saves nothing.
 const SHARP: f32 = 0.25;
+/// Share of its limits up to which an axis need not be looked at ([`CurveLimits::without_idle`]).
+const IDLE: f32 = 0.9;
 /// What passing a joint may take of the limits of an axis and still is as good as nothing.
 const SMOOTH: f32 = 0.004;
 /// A step in the second derivative falls between two ticks; the third difference sees at most this share of it at once
@@ -324,6 +326,45 @@ impl CurveLimits {
             ],
         }
     }
+
+    /// Forgets the axes that never limit anything: with whatever the others allow at up to velocity `v`, and with what passing the
+    /// joints at both ends takes at their velocities, they keep their limits by far. Limits are looked at much more often than set.
+    #[must_use]
+    pub fn without_idle(self, rates: &Rates, v: f32, joints: [(&Taken, f32); 2]) -> Self {
+        let (square, cube) = (v * v, v * v * v);
+        let axes: [_; AXES] = core::array::from_fn(|i| {
+            self.of_axis(i).map(|span| {
+                let [middle, half] = span.parts();
+                (middle.abs(), half)
+            })
+        });
+        // Bounds from above: what bends an axis may make up for what speeds it up.
+        let (mut a, mut j) = (f32::MAX, rates.most);
+        for (&[(q1, r1), (q2, _), _], &a_max) in axes.iter().zip(&rates.a) {
+            a = smaller(a, (a_max + q2 * square) / (q1 + r1));
+        }
+        let cross = 3.0 * v * a;
+        for (&[(q1, r1), (q2, _), (q3, _)], &j_max) in axes.iter().zip(&rates.j) {
+            j = smaller(j, (j_max + q2 * cross + q3 * cube) / (q1 + r1));
+        }
+        let mut left = self;
+        for (i, axis) in axes.iter().enumerate() {
+            let [q1, q2, q3] = axis.map(|(middle, half)| middle + half);
+            let mut most = [q1 * a + q2 * square, q1 * j + q2 * cross + q3 * cube];
+            for (taken, over) in joints {
+                let [step1, step2] = taken.of_axis(i).map(f32::abs);
+                let turned = step1 * (over * rates.hz + a);
+                most[0] += step1 * over * rates.hz;
+                most[1] += (turned + SAMPLED_STEP * step2 * over * over) * rates.jerk_hz;
+            }
+            if most[0] <= IDLE * rates.a[i] && most[1] <= IDLE * rates.j[i] {
+                for spans in &mut left.ranges {
+                    spans[i] = Span::ZERO;
+                }
+            }
+        }
+        left
+    }
 }
 
 /// What passing a joint takes of the axes: the steps of their q' and q'' there, from the segment before it to the one behind.
@@ -338,9 +379,17 @@ impl Taken {
     /// Nothing.
     pub const NONE: Self = Self([0; AXES]);
 
-    fn new(before: &PathDerivatives, after: &PathDerivatives) -> Self {
+    /// From `before` the joint to `after` it; nothing of the axes that are `smooth` there.
+    fn new(
+        before: &PathDerivatives,
+        after: &PathDerivatives,
+        smooth: impl Fn(usize) -> bool,
+    ) -> Self {
         let half = |before: f32, after: f32| (after - before).to_bits().saturating_add(!UPPER);
         Self(core::array::from_fn(|i| {
+            if smooth(i) {
+                return 0;
+            }
             let first = half(before.first[i], after.first[i]);
             let second = half(before.second[i], after.second[i]);
             first & UPPER | second >> 16
@@ -495,20 +544,16 @@ pub fn joint(
         // The joint is a stop: nothing is passed, nothing is taken.
         return Joint::STOP;
     }
-    let smooth = (0..AXES).all(|a| {
+    let smooth = |a: usize| {
         let axis = &config.axes[a];
         let step1 = (after.first[a] - before.first[a]).abs();
         let step2 = SAMPLED_STEP * (after.second[a] - before.second[a]).abs();
         let turned = step1 * (allowed * hz + axis.a_max) + step2 * allowed * allowed;
         let jerk = if soft { turned * hz } else { 0.0 };
         step1 * allowed * hz <= SMOOTH * axis.a_max && jerk <= SMOOTH * axis_jerk(config, a, soft)
-    });
+    };
     Joint {
         v: allowed,
-        taken: if smooth {
-            Taken::NONE
-        } else {
-            Taken::new(before, after)
-        },
+        taken: Taken::new(before, after, smooth),
     }
 }

@@ -234,10 +234,18 @@ impl<'a> Planner<'a> {
             curve_v,
             programmed_v,
         } = segment;
+        let before = self.nodes.get(self.nodes.len().wrapping_sub(1));
+        let entry = (&before.exit_taken, before.exit_v.max(before.other_v));
+        let exit = (&joints.raised.taken, joints.raised.v);
+        let rates = &self.rates[usize::from(!order.soft)];
         let mut node = Node {
             length_q: *length_q,
             length: length_of(*length_q),
-            limits: CurveLimits::new(shape, segment.velocity(100)),
+            limits: CurveLimits::new(shape, segment.velocity(100)).without_idle(
+                rates,
+                segment.velocity(FEED_MAX),
+                [entry, exit],
+            ),
             exit_v: joints.programmed.v,
             // At the higher velocity: what is nothing there is nothing below.
             exit_taken: joints.raised.taken,
