@@ -234,8 +234,9 @@ pub fn follows(
 }
 
 /// Programmed points are met: exactly where the path has to rest there, else passed at a distance the tool covers
-/// within one tick. A point has to be rested on if the program says so, or if the path turns by more than 0.1 there
-/// and no axis allows a corner velocity step.
+/// within one tick. A point has to be rested on if the program says so, or if no axis allows a corner velocity step and
+/// the path turns by more than 0.1 (jerk-limited), or by more than 0.25 and so fast that some axis has to change its
+/// velocity in one tick by more than its acceleration allows.
 ///
 /// # Errors
 /// Says which point is missed and by how much.
@@ -258,7 +259,20 @@ pub fn meets_the_points(config: &Config, run: &Run, curves: &[Curve]) -> Result<
                 let length = distance(&v, &[0.0; AXES]);
                 v.map(|x| x / length)
             };
-            distance(&unit(curve.shape.slope(1.0)), &unit(after.shape.slope(0.0))) > 0.1
+            let (a, b) = (unit(curve.shape.slope(1.0)), unit(after.shape.slope(0.0)));
+            if curve.soft {
+                return distance(&a, &b) > 0.1;
+            }
+            let around = &moving[next.saturating_sub(2)..moving.len().min(next + 2)];
+            let covered = around
+                .windows(2)
+                .map(|pair| distance(&place(config, pair[0]), &place(config, pair[1])))
+                .fold(0.0, f64::max);
+            (0..AXES).any(|i| {
+                let turn = (b[i] - a[i]).abs();
+                let most = f64::from(config.axes[i].a_max) / f64::from(config.servo_hz).powi(2);
+                turn > 0.25 && covered * turn > most
+            })
         });
         if curve.stop || (corners_rest && turns) {
             let exact = bits(config, target);

@@ -216,7 +216,7 @@ fn a_starved_interrupt_can_be_held_anywhere() {
             let run = drive(
                 &case.config,
                 &Script {
-                    poll_every: rng.within(101, 400),
+                    poll_every: rng.within(49, 120),
                     ..Script::with_events(
                         &case.text,
                         vec![(at, Event::Hold), (resume, Event::Resume)],
