@@ -23,7 +23,7 @@ pub use servo::Servo;
 use shared::Shared;
 
 /// Profile pieces between background and interrupt.
-const PIECES: usize = 56;
+const PIECES: usize = 48;
 
 /// Requests on their way from the interrupt to the planner; one place of a queue stays empty.
 const REQUESTS: usize = 16;

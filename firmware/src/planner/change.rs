@@ -10,9 +10,9 @@ use core::sync::atomic::Ordering::Acquire;
 
 use super::brake::{brake, slow, Grip, Phases};
 use super::course::{Course, Motion, TAKING};
-use super::limits::{PathLimits, Share};
+use super::limits::{Demand, PathLimits, Share};
 use super::profile::{View, SLACK, UNIT};
-use super::refuge::Way;
+use super::refuge::{Hints, Way};
 use super::tempo::{Change, Request, Schedule, Tempo};
 use super::Planner;
 use crate::config::Config;
@@ -65,10 +65,13 @@ impl Pace {
 impl View<'_> {
     /// The way to rest from `at` within the limits of the nodes, if the motion can go on there.
     fn settled(&self, at: &Motion) -> Option<Way> {
-        let limits = &self.nodes.get(at.node).limits;
-        let within = at.v <= limits.v * SLACK
-            && self.keeps(at.node, [at.v, at.a, 0.0], Share { a: SLACK, j: SLACK });
-        within.then(|| self.refuge(at)).flatten()
+        let node = self.nodes.get(at.node);
+        let demand = Demand::new([at.v, at.a, 0.0]);
+        let within = at.v <= node.limits.v * SLACK
+            && self.keeps(node, &demand, Share { a: SLACK, j: SLACK });
+        within
+            .then(|| self.refuge(at, &mut Hints::default()))
+            .flatten()
     }
 
     /// The least velocity allowed on the way that braking to it takes.

@@ -4,7 +4,9 @@
 //! limit breaks on the way. Sums over ticks in closed form, as [`PathState::after`](crate::interpolator::PathState::after)
 //! has them in integers; many of these predictions are made for each piece that is planned.
 
-use super::limits::{Share, BUILDS_UP};
+use super::joint::Taken;
+use super::limits::{Demand, Share, BUILDS_UP};
+use super::nodes::Node;
 use super::profile::View;
 use crate::units::{larger, smaller};
 
@@ -199,28 +201,31 @@ impl View<'_> {
     ) -> Result<Motion, Breach> {
         let h = course.h;
         let mut at = *from;
+        let mut here = self.nodes.get(at.node);
         let mut fastest = from.v;
         let all = tolerance.all();
         // Braking for a hold is run in parts of a tick.
         let in_ticks = h * self.hz > 0.5;
         for (&jerk, &ticks) in course.jerk.iter().zip(&course.ticks) {
-            let keeps = |at: &Motion| self.keeps(at.node, [self.seen(at), at.a, jerk], all);
-            // In a tick that sees the joint behind node `joint`.
-            let passes = |at: &Motion, joint: usize| {
-                let motion = [self.seen(at), at.a, jerk];
-                self.keeps_beside(at.node, joint, motion, all, [at.v, tolerance.taken])
+            let demand = |at: &Motion| Demand::new([self.seen(at), at.a, jerk]);
+            // In a tick that sees the joint that takes `taken`.
+            let passes = |node: &Node, taken: &Taken, demand: &Demand, at: &Motion| {
+                self.keeps_beside(node, taken, demand, all, [at.v, tolerance.taken])
             };
             // The second difference of the tick behind a joint sees it, too.
             let later = |at: &Motion| Motion {
                 a: at.a + jerk * h,
                 ..*at
             };
-            if ticks > 0 && !(keeps(&at) && self.beside(&at, jerk, last, tolerance)) {
+            if ticks > 0
+                && !(self.keeps(here, &demand(&at), all)
+                    && self.beside(here, &at, jerk, last, tolerance))
+            {
                 return Err(Breach::Change);
             }
             // Where jerk is not limited, the first tick may be all of the acceleration.
-            let sudden = ticks > 0 && in_ticks && self.nodes.get(at.node).brisk;
-            if sudden && !self.beside(&later(&at), jerk, last, tolerance) {
+            let sudden = ticks > 0 && in_ticks && here.brisk;
+            if sudden && !self.beside(here, &later(&at), jerk, last, tolerance) {
                 return Err(Breach::Change);
             }
             let mut remaining = ticks;
@@ -252,9 +257,8 @@ impl View<'_> {
                 remaining -= n;
                 let v = speeds[1];
                 fastest = larger(fastest, v);
-                let node = self.nodes.get(at.node);
                 let rounded = fastest * ROUNDING;
-                if v > node.limits.v * tolerance.v + rounded
+                if v > here.limits.v * tolerance.v + rounded
                     || speeds[0] < -tolerance.back * fastest
                 {
                     return Err(Breach::Velocity);
@@ -262,35 +266,41 @@ impl View<'_> {
                 // Where the jerk or the node ends; within, what is asked of the axes hardly bends. Where jerk is not limited, a tick may
                 // be all of the acceleration.
                 let over = next.node < last && next.left < 0.0;
-                let near = n > 1 && node.brisk && in_ticks;
+                let near = n > 1 && here.brisk && in_ticks;
                 let inside = near || remaining == 0;
-                if (over && !passes(&next, next.node)) || (!over && inside && !keeps(&next)) {
+                let there = demand(&next);
+                if (over && !passes(here, &here.exit_taken, &there, &next))
+                    || (!over && inside && !self.keeps(here, &there, all))
+                {
                     return Err(Breach::Change);
                 }
-                if n as f32 * h * self.hz > LONG[usize::from(node.brisk)] {
+                if n as f32 * h * self.hz > LONG[usize::from(here.brisk)] {
                     let middle = at.after(jerk, (n / 2) as f32, h);
-                    if !keeps(&middle) {
+                    if !self.keeps(here, &demand(&middle), all) {
                         return Err(Breach::Change);
                     }
                 }
                 while next.node < last && next.left < 0.0 {
-                    let node = self.nodes.get(next.node);
-                    let (exit, smooth, stop) = (node.exit_v, node.exit_taken.is_none(), node.stop);
-                    let joint = next.node;
+                    let before = here;
                     next.node += 1;
-                    let inside = self.nodes.get(next.node);
-                    next.left += inside.length;
-                    if stop || v > smaller(exit, inside.limits.v) * tolerance.v + rounded {
+                    here = self.nodes.get(next.node);
+                    next.left += here.length;
+                    if before.stop
+                        || v > smaller(before.exit_v, here.limits.v) * tolerance.v + rounded
+                    {
                         return Err(Breach::Velocity);
                     }
-                    let ends = remaining == 0 || !in_ticks || (smooth && !inside.brisk);
-                    if !(passes(&next, joint) && (ends || passes(&later(&next), joint))) {
+                    let taken = &before.exit_taken;
+                    let ends = remaining == 0 || !in_ticks || (taken.is_none() && !here.brisk);
+                    if !(passes(here, taken, &there, &next)
+                        && (ends || passes(here, taken, &demand(&later(&next)), &next)))
+                    {
                         return Err(Breach::Change);
                     }
                 }
                 at = next;
             }
-            if ticks > 0 && !self.beside(&at, jerk, last, tolerance) {
+            if ticks > 0 && !self.beside(here, &at, jerk, last, tolerance) {
                 return Err(Breach::Change);
             }
         }
@@ -312,25 +322,31 @@ impl View<'_> {
         at
     }
 
-    /// Whether `jerk` is allowed beyond the joints that the differences of a few ticks see from `at`.
-    fn beside(&self, at: &Motion, jerk: f32, last: usize, tolerance: Tolerance) -> bool {
-        let here = self.nodes.get(at.node);
+    /// Whether `jerk` is allowed beyond the joints that the differences of a few ticks see from `at`, which is in node `here`.
+    fn beside(
+        &self,
+        here: &Node,
+        at: &Motion,
+        jerk: f32,
+        last: usize,
+        tolerance: Tolerance,
+    ) -> bool {
         let near = AROUND[usize::from(here.brisk)] * at.v / self.hz;
-        // `joint` is the node in front of it.
-        let keeps = |index: usize, joint: usize| {
-            let v = smaller(self.seen(at), self.nodes.get(index).limits.v);
-            self.keeps_beside(
-                index,
-                joint,
-                [v, at.a, jerk],
-                tolerance.all(),
-                [at.v, tolerance.taken],
-            )
+        let both = |before: &Node, after: &Node| {
+            [before, after].into_iter().all(|node| {
+                let v = smaller(self.seen(at), node.limits.v);
+                let demand = Demand::new([v, at.a, jerk]);
+                let passed = [at.v, tolerance.taken];
+                self.keeps_beside(node, &before.exit_taken, &demand, tolerance.all(), passed)
+            })
         };
-        let both = |joint: usize| keeps(joint, joint) && keeps(joint + 1, joint);
-        let behind = at.node > 0 && here.length - at.left < near;
-        let ahead = at.node < last && at.left < near;
-        let behind = behind && !self.nodes.get(at.node - 1).stop;
-        (!behind || both(at.node - 1)) && (!ahead || here.stop || both(at.node))
+        if at.node > 0 && here.length - at.left < near {
+            let before = self.nodes.get(at.node - 1);
+            if !before.stop && !both(before, here) {
+                return false;
+            }
+        }
+        let ahead = at.node < last && at.left < near && !here.stop;
+        !ahead || both(here, self.nodes.get(at.node + 1))
     }
 }

@@ -6,7 +6,7 @@
 use super::brake::{brake, Grip};
 use super::course::{Breach, Course, Motion, BRAKING};
 use super::profile::{View, UNIT};
-use super::refuge::largest;
+use super::refuge::nearest;
 use crate::interpolator::braking::{BrakeLimits, Braking, BRAKE_A_FRAC, BRAKE_J_FRAC};
 use crate::units::{larger, smaller};
 
@@ -24,17 +24,36 @@ const LONGEST: f32 = 60_000.0;
 /// Part of a tick in which longer braking is run.
 const PART: f32 = 0.125;
 
+/// Which of [`SHARES`] was found last, or was the last to fail. From piece to piece that changes little.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Hint(usize);
+
+impl Hint {
+    /// What `run` finds with one of [`SHARES`], looked for from one above the last on. With less of the limits it can break no
+    /// change that more kept, and with more no velocity.
+    fn search<T>(&mut self, run: impl FnMut(f32) -> Result<T, Breach>) -> Option<T> {
+        self.0 = self.0.saturating_sub(1);
+        nearest(&SHARES, &mut self.0, run)
+    }
+}
+
 impl View<'_> {
     /// Limits while `jerk` leads from `before` to the planned state in `ticks`. [`BrakeLimits::waits`] where no braking within one
     /// deceleration and one jerk keeps the limits ahead: the plan does, with more than one of them.
     #[must_use]
-    pub(super) fn brake_limits(&self, before: &Motion, jerk: f32, ticks: u32) -> BrakeLimits {
+    pub(super) fn brake_limits(
+        &self,
+        before: &Motion,
+        jerk: f32,
+        ticks: u32,
+        hint: &mut Hint,
+    ) -> BrakeLimits {
         let after = self.motion();
         let middle = self.along(before, jerk, ticks / 2);
         let whole = self.even(before).least(self.even(&after));
         // What already slows down does not do so less, neither here nor there.
         let least = larger(-before.a, -after.a);
-        let found = largest(&SHARES, |share| {
+        let found = hint.search(|share| {
             let grip = whole.share(share);
             let grip = Grip {
                 a: larger(grip.a, least),

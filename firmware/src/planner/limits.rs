@@ -1,12 +1,12 @@
-//! Machine limits along one segment, and across the joint between two.
+//! Machine limits along one segment.
 //!
 //! With path velocity v, acceleration a and jerk j, an axis at q(s) sees
 //! `q' v`, `q' a + q'' v^2` and `q' j + 3 q'' v a + q''' v^3` (chain rule). What the curve terms leave of the axis
 //! limits is free for changing speed, and it is the more the slower the motion is: limits are functions of v.
 
-use super::span::Span;
+use super::span::{halves, of_halves, Span};
 use crate::config::{AxisConfig, Config};
-use crate::geometry::arc::{PathDerivatives, PathShape};
+use crate::geometry::arc::PathShape;
 use crate::interpolator::T_FRAC;
 use crate::units::{larger, smaller, sqrt, AxisVec, AXES};
 
@@ -24,26 +24,8 @@ const LEAST_JERK: f32 = 0.02;
 const PIECE_JERK: f32 = 1.0 / (1_u64 << (T_FRAC - 62)) as f32;
 /// Slope below which an axis does not count as moving along, axis units per path unit.
 const LEAST_SLOPE: f32 = 1.0e-6;
-/// Share of an axis' jerk that passing a joint may take.
-const JOINT_SHARE: f32 = 0.98;
 /// What ranges of derivatives are wider than the derivatives, at most ([`Span`]).
-const WIDER: f32 = 1.0 + 1.0 / 60.0;
-/// Halvings of the range in which the velocity over a joint is looked for.
-const JOINT_HALVINGS: u32 = 12;
-/// Share of an axis' acceleration that passing a joint may take where jerk is not limited.
-const JOINT_ACCELERATION: f32 = 0.97;
-/// Step of an axis' q' that is stopped at where it is too fast to be passed, without jerk limit: one that is passed in four ticks of
-/// acceleration from rest saves nothing.
-const SHARP: f32 = 0.25;
-/// Share of its limits up to which an axis need not be looked at ([`CurveLimits::without_idle`]).
-const IDLE: f32 = 0.9;
-/// What passing a joint may take of the limits of an axis and still is as good as nothing.
-const SMOOTH: f32 = 0.004;
-/// A step in the second derivative falls between two ticks; the third difference sees at most this share of it at once
-/// (a step at the fraction f of a tick is seen as (1-f)^2/2, 1/2 + f - f^2 and f^2/2 in three successive ticks).
-const SAMPLED_STEP: f32 = 0.75;
-/// A joint slower than this share of the feed becomes an exact stop.
-const STOP_SHARE: f32 = 0.02;
+pub(super) const WIDER: f32 = 1.0 + 1.0 / 60.0;
 
 /// Limits of the axes that path motion has to keep: acceleration and jerk, axis units, s.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -54,10 +36,12 @@ pub struct Rates {
     pub j: AxisVec,
     /// Largest jerk along the path that a piece can hold, path units/s^3.
     pub most: f32,
+    /// Largest ratio of acceleration to jerk, s.
+    pub(super) a_per_j: f32,
     /// Ticks per second.
-    hz: f32,
+    pub(super) hz: f32,
     /// The same where jerk is limited, otherwise 0: jerk per step of acceleration.
-    jerk_hz: f32,
+    pub(super) jerk_hz: f32,
 }
 
 impl Rates {
@@ -66,6 +50,7 @@ impl Rates {
         a: [0.0; AXES],
         j: [0.0; AXES],
         most: 0.0,
+        a_per_j: 0.0,
         hz: 0.0,
         jerk_hz: 0.0,
     };
@@ -74,14 +59,23 @@ impl Rates {
     #[must_use]
     pub fn new(config: &Config, soft: bool) -> Self {
         let hz = config.servo_hz as f32;
+        let a: AxisVec = core::array::from_fn(|i| config.axes[i].a_max);
+        let j: AxisVec = core::array::from_fn(|i| axis_jerk(config, i, soft));
         Self {
-            a: core::array::from_fn(|i| config.axes[i].a_max),
-            j: core::array::from_fn(|i| axis_jerk(config, i, soft)),
+            a,
+            j,
+            a_per_j: share_of(&a, &j),
             most: PIECE_JERK * hz * hz * hz,
             hz,
             jerk_hz: if soft { hz } else { 0.0 },
         }
     }
+}
+
+/// The largest share that one of `values`, none negative, takes of its limit.
+pub(super) fn share_of(values: &AxisVec, limits: &AxisVec) -> f32 {
+    let shares = values.iter().zip(limits);
+    shares.map(|(value, limit)| value / limit).fold(0.0, larger)
 }
 
 /// Shares of the limits of the axes.
@@ -159,7 +153,75 @@ pub struct CurveLimits {
     /// Largest velocity.
     pub v: f32,
     /// q', q'' and q''' of the axes.
-    ranges: [[Span; AXES]; 3],
+    pub(super) ranges: [[Span; AXES]; 3],
+    /// What they take at most.
+    pub(super) bound: Bound,
+}
+
+/// What motion along the path asks of the axes, in each by its own derivatives.
+#[derive(Clone, Copy, Debug)]
+pub struct Demand {
+    pub(super) a: f32,
+    pub(super) j: f32,
+    /// v^2.
+    pub(super) square: f32,
+    /// 3 v a.
+    pub(super) cross: f32,
+    /// v^3.
+    pub(super) cube: f32,
+}
+
+impl Demand {
+    /// Velocity, acceleration and jerk of the path.
+    #[inline]
+    #[must_use]
+    pub fn new([v, a, j]: [f32; 3]) -> Self {
+        Self {
+            a,
+            j,
+            square: v * v,
+            cross: 3.0 * v * a,
+            cube: v * v * v,
+        }
+    }
+
+    /// Of acceleration, jerk and 3 v a.
+    #[inline]
+    pub(super) fn sizes(&self) -> [f32; 3] {
+        [self.a, self.j, self.cross].map(f32::abs)
+    }
+}
+
+/// What a path takes at most of the limits of any axis: q' and q'' as shares of an acceleration, q''' of a jerk. It is enough to see
+/// that most motions keep them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Bound([u32; 2]);
+
+impl Bound {
+    /// Nothing.
+    const NONE: Self = Self([0; 2]);
+    /// It may be anything.
+    const UNKNOWN: Self = Self([f32::INFINITY.to_bits(); 2]);
+
+    pub(super) fn new(ranges: &[[Span; AXES]; 3], rates: &Rates) -> Self {
+        let [first, second, third] = ranges.map(|spans| spans.map(Span::most));
+        Self([
+            halves(share_of(&first, &rates.a), share_of(&second, &rates.a)),
+            share_of(&third, &rates.j).to_bits(),
+        ])
+    }
+
+    /// The largest shares of acceleration and of jerk that `demand` may take.
+    #[inline]
+    pub(super) fn shares(self, rates: &Rates, demand: &Demand) -> [f32; 2] {
+        let [first, second] = of_halves(self.0[0]);
+        let third = f32::from_bits(self.0[1]);
+        let [a, j, cross] = demand.sizes();
+        [
+            first * a + second * demand.square,
+            rates.a_per_j * (first * j + second * cross) + third * demand.cube,
+        ]
+    }
 }
 
 impl CurveLimits {
@@ -167,11 +229,12 @@ impl CurveLimits {
     pub const NONE: Self = Self {
         v: 0.0,
         ranges: [[Span::ZERO; AXES]; 3],
+        bound: Bound::NONE,
     };
 
     /// q', q'' and q''' of axis `i`.
     #[inline]
-    fn of_axis(&self, i: usize) -> [Span; 3] {
+    pub(super) fn of_axis(&self, i: usize) -> [Span; 3] {
         let [first, second, third] = &self.ranges;
         [first[i], second[i], third[i]]
     }
@@ -216,12 +279,24 @@ impl CurveLimits {
         range
     }
 
-    /// Whether every axis stays within `share` of its acceleration and jerk at velocity `v`, acceleration `a` and
-    /// jerk `j` of the path (formulae above).
+    /// Whether every axis stays within `share` of its acceleration and jerk where the path asks for `demand` (formulae above).
+    #[inline]
     #[must_use]
-    pub fn keeps(&self, rates: &Rates, [v, a, j]: [f32; 3], share: Share) -> bool {
-        let (square, cross, cube) = (v * v, 3.0 * v * a, v * v * v);
-        let wide = [a, j, cross].map(f32::abs);
+    pub fn keeps(&self, rates: &Rates, demand: &Demand, share: Share) -> bool {
+        let [a, j] = self.bound.shares(rates, demand);
+        (a <= share.a && j <= share.j) || self.keeps_exactly(rates, demand, share)
+    }
+
+    #[inline(never)]
+    fn keeps_exactly(&self, rates: &Rates, demand: &Demand, share: Share) -> bool {
+        let Demand {
+            a,
+            j,
+            square,
+            cross,
+            cube,
+        } = *demand;
+        let wide = demand.sizes();
         for i in 0..AXES {
             let spans = self.of_axis(i);
             if Span::are_zero(spans) {
@@ -232,56 +307,6 @@ impl CurveLimits {
             let jerk =
                 (q1 * j + q2 * cross + q3 * cube).abs() + (r1 * wide[1] + r2 * wide[2] + r3 * cube);
             if !(acceleration <= share.a * rates.a[i] && jerk <= share.j * rates.j[i]) {
-                return false;
-            }
-        }
-        true
-    }
-
-    /// The same in a tick that sees a joint passed at velocity `over`: what that takes, `weight` times, comes on top of what this
-    /// segment asks for.
-    #[must_use]
-    pub fn keeps_beside(
-        &self,
-        rates: &Rates,
-        [v, a, j]: [f32; 3],
-        share: Share,
-        taken: &Taken,
-        [over, weight]: [f32; 2],
-    ) -> bool {
-        let (square, cross, cube) = (v * v, 3.0 * v * a, v * v * v);
-        let wide = [a, j, cross].map(f32::abs);
-        // A step in q' adds what it turns, in one tick or two; a step in q'' up to its share of what it bends.
-        let bent = 0.5 * SAMPLED_STEP * over * over * rates.jerk_hz * weight;
-        let turned = (over * rates.hz + wide[0]) * rates.jerk_hz * weight;
-        let kinked = 0.5 * over * rates.hz * weight;
-        for i in 0..AXES {
-            let spans = self.of_axis(i);
-            if Span::are_zero(spans) {
-                continue;
-            }
-            let [[q1, r1], [q2, r2], [q3, r3]] = spans.map(Span::parts);
-            let (a_max, j_max) = (rates.a[i], rates.j[i]);
-            let inside = [q1 * a + q2 * square, q1 * j + q2 * cross + q3 * cube];
-            let mut most = inside.map(f32::abs);
-            if !taken.spares(i) {
-                let [step1, step2] = taken.of_axis(i);
-                let [bend, kink] = [bent * step2, kinked * step1];
-                // A corner that the machine file allows may take more than there is: then it leaves a little.
-                most = [
-                    smaller(
-                        (inside[0] + kink).abs() + kink.abs(),
-                        most[0] + JOINT_ACCELERATION * a_max,
-                    ),
-                    smaller(
-                        (inside[1] + bend).abs() + bend.abs() + turned * step1.abs(),
-                        most[1] + JOINT_SHARE * j_max,
-                    ),
-                ];
-            }
-            let acceleration = most[0] + (r1 * wide[0] + r2 * square);
-            let jerk = most[1] + (r1 * wide[1] + r2 * wide[2] + r3 * cube);
-            if !(acceleration <= share.a * a_max && jerk <= share.j * j_max) {
                 return false;
             }
         }
@@ -324,113 +349,9 @@ impl CurveLimits {
                 span(&low.second, &high.second),
                 span(&low.third, &high.third),
             ],
+            bound: Bound::UNKNOWN,
         }
     }
-
-    /// Forgets the axes that never limit anything: with whatever the others allow at up to velocity `v`, and with what passing the
-    /// joints at both ends takes at their velocities, they keep their limits by far. Limits are looked at much more often than set.
-    #[must_use]
-    pub fn without_idle(self, rates: &Rates, v: f32, joints: [(&Taken, f32); 2]) -> Self {
-        let (square, cube) = (v * v, v * v * v);
-        let axes: [_; AXES] = core::array::from_fn(|i| {
-            self.of_axis(i).map(|span| {
-                let [middle, half] = span.parts();
-                (middle.abs(), half)
-            })
-        });
-        // Bounds from above: what bends an axis may make up for what speeds it up.
-        let (mut a, mut j) = (f32::MAX, rates.most);
-        for (&[(q1, r1), (q2, _), _], &a_max) in axes.iter().zip(&rates.a) {
-            a = smaller(a, (a_max + q2 * square) / (q1 + r1));
-        }
-        let cross = 3.0 * v * a;
-        for (&[(q1, r1), (q2, _), (q3, _)], &j_max) in axes.iter().zip(&rates.j) {
-            j = smaller(j, (j_max + q2 * cross + q3 * cube) / (q1 + r1));
-        }
-        let mut left = self;
-        for (i, axis) in axes.iter().enumerate() {
-            let [q1, q2, q3] = axis.map(|(middle, half)| middle + half);
-            let mut most = [q1 * a + q2 * square, q1 * j + q2 * cross + q3 * cube];
-            for (taken, over) in joints {
-                let [step1, step2] = taken.of_axis(i).map(f32::abs);
-                let turned = step1 * (over * rates.hz + a);
-                most[0] += step1 * over * rates.hz;
-                most[1] += (turned + SAMPLED_STEP * step2 * over * over) * rates.jerk_hz;
-            }
-            if most[0] <= IDLE * rates.a[i] && most[1] <= IDLE * rates.j[i] {
-                for spans in &mut left.ranges {
-                    spans[i] = Span::ZERO;
-                }
-            }
-        }
-        left
-    }
-}
-
-/// What passing a joint takes of the axes: the steps of their q' and q'' there, from the segment before it to the one behind.
-/// Each is the upper half of an `f32`, rounded away from zero: what is taken is a little more.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Taken([u32; AXES]);
-
-/// The upper half of a word.
-const UPPER: u32 = 0xffff_0000;
-
-impl Taken {
-    /// Nothing.
-    pub const NONE: Self = Self([0; AXES]);
-
-    /// From `before` the joint to `after` it; nothing of the axes that are `smooth` there.
-    fn new(
-        before: &PathDerivatives,
-        after: &PathDerivatives,
-        smooth: impl Fn(usize) -> bool,
-    ) -> Self {
-        let half = |before: f32, after: f32| (after - before).to_bits().saturating_add(!UPPER);
-        Self(core::array::from_fn(|i| {
-            if smooth(i) {
-                return 0;
-            }
-            let first = half(before.first[i], after.first[i]);
-            let second = half(before.second[i], after.second[i]);
-            first & UPPER | second >> 16
-        }))
-    }
-
-    /// Whether nothing is.
-    #[inline]
-    #[must_use]
-    pub fn is_none(&self) -> bool {
-        self.0.iter().fold(0, |all, word| all | word) == 0
-    }
-
-    /// Whether nothing is taken of axis `i`.
-    #[inline]
-    fn spares(&self, i: usize) -> bool {
-        self.0[i] == 0
-    }
-
-    /// Steps of q' and q'' of axis `i`.
-    #[inline]
-    fn of_axis(&self, i: usize) -> [f32; 2] {
-        [self.0[i] & UPPER, self.0[i] << 16].map(f32::from_bits)
-    }
-}
-
-/// Verdict on one joint.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Joint {
-    /// Largest path velocity over the joint; 0 is an exact stop.
-    pub v: f32,
-    /// What passing it takes.
-    pub taken: Taken,
-}
-
-impl Joint {
-    /// The path comes to rest there: nothing is passed, nothing is taken.
-    pub const STOP: Self = Self {
-        v: 0.0,
-        taken: Taken::NONE,
-    };
 }
 
 /// What rounding of commanded positions may add to a third difference of them, units of 2^-32 step: each is off by half a
@@ -441,7 +362,7 @@ const ROUNDED: f32 = 12.0;
 const STEP: f32 = (1_u64 << 32) as f32;
 
 /// Jerk limit of an axis, less what rounding adds to it in the sampled motion. Without `SOFT` the acceleration builds up within two ticks.
-fn axis_jerk(config: &Config, axis: usize, soft: bool) -> f32 {
+pub(super) fn axis_jerk(config: &Config, axis: usize, soft: bool) -> f32 {
     if soft {
         let hz = config.servo_hz as f32;
         let AxisConfig { j_max, .. } = config.axes[axis];
@@ -478,82 +399,4 @@ pub fn velocity_limit(config: &Config, shape: &PathShape, length: f32, soft: boo
         }
     }
     v
-}
-
-/// How fast the joint from `before` to `after` may be passed, given the velocity `v` both sides allow.
-///
-/// A step in q' is a velocity step within one servo tick: `|dq'| v / dt` of acceleration and
-/// `|dq'| v / dt^2` of jerk in the sampled motion; a step in q'' is `SAMPLED_STEP` `|dq''| v^2 / dt` of jerk; path
-/// acceleration a turned by a step in q' is `|dq'| a / dt`. All must fit into the share of the axis' jerk set aside for
-/// joints, or the axis' configured corner velocity step must cover the first. Without jerk limit the step in q' must fit
-/// into the share of acceleration, or into the configured step; a sharp one stops.
-#[must_use]
-pub fn joint(
-    config: &Config,
-    before: &PathDerivatives,
-    after: &PathDerivatives,
-    third: &AxisVec,
-    v: f32,
-    soft: bool,
-) -> Joint {
-    let hz = config.servo_hz as f32;
-    let mut allowed = v;
-    for a in 0..AXES {
-        let axis = &config.axes[a];
-        let step1 = (after.first[a] - before.first[a]).abs();
-        let step2 = SAMPLED_STEP * (after.second[a] - before.second[a]).abs();
-        if !soft {
-            let step = larger(JOINT_ACCELERATION * axis.a_max / hz, axis.corner_step);
-            if allowed * step1 > step {
-                allowed = step / step1;
-                if step1 > SHARP && axis.corner_step <= 0.0 {
-                    return Joint::STOP;
-                }
-            }
-            continue;
-        }
-        // Path acceleration changes its direction with the tangent, too. A kink that turns the largest acceleration into
-        // more than the share leaves nothing for passing at speed.
-        let turned = step1 * axis.a_max * hz;
-        let third = WIDER * third[a];
-        let room = JOINT_SHARE * axis_jerk(config, a, soft) - turned;
-        let taken = |v: f32| v * (step1 * hz * hz + v * (step2 * hz + v * third));
-        if step1 + step2 <= 0.0 || taken(allowed) <= room {
-            continue;
-        }
-        // Rises with the velocity all the way.
-        let (mut good, mut bad) = (0.0, allowed);
-        if room > 0.0 {
-            for _ in 0..JOINT_HALVINGS {
-                let middle = 0.5 * (good + bad);
-                if taken(middle) <= room {
-                    good = middle;
-                } else {
-                    bad = middle;
-                }
-            }
-        }
-        let corner = if step1 > 0.0 {
-            axis.corner_step / step1
-        } else {
-            0.0
-        };
-        allowed = smaller(allowed, larger(good, corner));
-    }
-    if allowed < STOP_SHARE * v {
-        // The joint is a stop: nothing is passed, nothing is taken.
-        return Joint::STOP;
-    }
-    let smooth = |a: usize| {
-        let axis = &config.axes[a];
-        let step1 = (after.first[a] - before.first[a]).abs();
-        let step2 = SAMPLED_STEP * (after.second[a] - before.second[a]).abs();
-        let turned = step1 * (allowed * hz + axis.a_max) + step2 * allowed * allowed;
-        let jerk = if soft { turned * hz } else { 0.0 };
-        step1 * allowed * hz <= SMOOTH * axis.a_max && jerk <= SMOOTH * axis_jerk(config, a, soft)
-    };
-    Joint {
-        v: allowed,
-        taken: Taken::new(before, after, smooth),
-    }
 }

@@ -8,6 +8,7 @@ pub mod brake;
 mod change;
 mod course;
 mod halt;
+pub mod joint;
 pub mod limits;
 pub mod nodes;
 pub mod profile;
@@ -27,7 +28,9 @@ use crate::machine::shared::Shared;
 use crate::machine::Event;
 use crate::units::Position;
 use change::Pace;
-use limits::{joint, velocity_limit, CurveLimits, Joint, Rates};
+use halt::Hint;
+use joint::{joint, Joint};
+use limits::{velocity_limit, CurveLimits, Rates};
 use nodes::{Node, Nodes};
 use profile::{Decision, View, LOOK_AHEAD};
 use refuge::Way;
@@ -35,7 +38,7 @@ use scarce::Supply;
 use tempo::{Request, Schedule, Tempo, FEED_MAX};
 
 /// Ticks planned ahead of the interrupt. Covers the longest stretch of background work between two calls.
-pub const LEAD_TICKS: u32 = 48;
+pub const LEAD_TICKS: u32 = 40;
 
 /// Pieces that one decision makes, at most.
 const PIECES_AT_ONCE: usize = 4;
@@ -93,17 +96,18 @@ impl Joints {
         raised: Joint::STOP,
     };
 
-    fn between(config: &Config, before: &Pending, after: &Pending) -> Self {
+    fn between(config: &Config, rates: &[Rates; 2], before: &Pending, after: &Pending) -> Self {
         // A joint of jerk-limited motion with any other is jerk-limited.
         let soft = before.order.soft || after.order.soft;
+        let rates = &rates[usize::from(!soft)];
         let (ends, starts) = (&before.shape.end, &after.shape.start);
         let slower = |percent| before.velocity(percent).min(after.velocity(percent));
         let third = before.shape.steepest_third(&after.shape);
         let (v, most) = (slower(100), slower(FEED_MAX));
-        let programmed = joint(config, ends, starts, &third, v, soft);
+        let programmed = joint(config, ends, starts, &third, v, rates, soft);
         let mut raised = programmed;
         if most > v && programmed.v > 0.0 {
-            let faster = joint(config, ends, starts, &third, most, soft);
+            let faster = joint(config, ends, starts, &third, most, rates, soft);
             // Whether the path rests there does not depend on the override.
             if faster.v > 0.0 {
                 raised = faster;
@@ -124,6 +128,8 @@ pub struct Planner<'a> {
     schedule: Schedule,
     pace: Pace,
     supply: Supply,
+    /// For a hold.
+    braking: Hint,
     /// An event of the interrupt that the controller has not seen yet.
     raised: Option<Event>,
     /// Running number of the oldest node.
@@ -160,6 +166,7 @@ impl<'a> Planner<'a> {
             schedule: Schedule::default(),
             pace: Pace::NEW,
             supply: Supply::NEW,
+            braking: Hint::default(),
             raised: None,
             first: 0,
             cursor: 0,
@@ -215,7 +222,7 @@ impl<'a> Planner<'a> {
             if before.order.exact_stop || before.shape.rotary_only != shape.rotary_only {
                 self.complete(&before, &Joints::STOP);
             } else {
-                let joints = Joints::between(config, &before, &next);
+                let joints = Joints::between(config, &self.rates, &before, &next);
                 self.complete(&before, &joints);
             }
         }
@@ -463,10 +470,12 @@ impl<'a> Planner<'a> {
                 }
                 PieceEnd::Continue => self.cross_joints(),
             }
+            let mut hint = self.braking;
             let mut brake = {
                 let view = self.view(config);
-                view.brake_limits(&before, view.jerk_of(jerk), ticks)
+                view.brake_limits(&before, view.jerk_of(jerk), ticks, &mut hint)
             };
+            self.braking = hint;
             brake.last = self.last;
             self.planned = self.planned.wrapping_add(ticks);
             let piece = Piece {

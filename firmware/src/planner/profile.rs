@@ -8,9 +8,10 @@
 
 use super::brake::{brake, dash, hop, land, slow, Phases};
 use super::course::{Course, Motion, DASHING, PREDICTING, TAKING};
-use super::limits::{PathLimits, Range, Rates, Share};
-use super::nodes::Nodes;
-use super::refuge::Way;
+use super::joint::Taken;
+use super::limits::{Demand, PathLimits, Range, Rates, Share};
+use super::nodes::{Node, Nodes};
+use super::refuge::{Hints, Way};
 use crate::interpolator::{widen, PathState, T_FRAC};
 use crate::units::{larger, smaller, sqrt};
 
@@ -153,28 +154,26 @@ impl View<'_> {
         self.nodes.get(index).limits.jerk(self.rates(index), v, a)
     }
 
-    /// Whether node `index` allows velocity, acceleration and jerk `motion` within `share` of the limits.
-    pub(super) fn keeps(&self, index: usize, motion: [f32; 3], share: Share) -> bool {
-        let limits = &self.nodes.get(index).limits;
-        limits.keeps(self.rates(index), motion, share)
+    /// Whether `node` allows `demand` within `share` of the limits.
+    #[inline]
+    pub(super) fn keeps(&self, node: &Node, demand: &Demand, share: Share) -> bool {
+        node.limits
+            .keeps(&self.rates[usize::from(node.brisk)], demand, share)
     }
 
-    /// The same in a tick that sees the joint at the end of node `joint` passed at velocity `over`, which takes `weight` times what it
-    /// does.
+    /// The same in a tick that sees a joint passed at velocity `over`, which takes `weight` times what is `taken`.
+    #[inline]
     pub(super) fn keeps_beside(
         &self,
-        index: usize,
-        joint: usize,
-        motion: [f32; 3],
+        node: &Node,
+        taken: &Taken,
+        demand: &Demand,
         share: Share,
-        [over, weight]: [f32; 2],
+        passed: [f32; 2],
     ) -> bool {
-        let limits = &self.nodes.get(index).limits;
-        let taken = &self.nodes.get(joint).exit_taken;
-        if taken.is_none() {
-            return limits.keeps(self.rates(index), motion, share);
-        }
-        limits.keeps_beside(self.rates(index), motion, share, taken, [over, weight])
+        let rates = &self.rates[usize::from(node.brisk)];
+        node.limits
+            .keeps_beside(rates, demand, share, taken, passed)
     }
 
     /// Limits in node `index` at velocity `v`, whichever way the motion is changed.
@@ -288,8 +287,16 @@ impl View<'_> {
             self.follow(&start, &course, self.end - 1, PREDICTING).ok()
         };
         let end = |jerk: f32| after(jerk, ticks);
-        let same = |jerk: f32| self.same_refuge(&end(jerk)?, known);
-        let any = |jerk: f32| self.refuge(&end(jerk)?);
+        let like = |jerk: f32, way: &Way| self.same_refuge(&end(jerk)?, way);
+        let same = |jerk: f32| like(jerk, known);
+        let hints = core::cell::Cell::new(Hints::of(known));
+        let refuge = |at: &Motion| {
+            let mut found = hints.get();
+            let way = self.refuge(at, &mut found);
+            hints.set(found);
+            way
+        };
+        let any = |jerk: f32| refuge(&end(jerk)?);
         let go = |jerk: f32, way: Way| Decision::Go((jerk * unit) as i64, ticks, way);
         let release = -start.a / time;
         if cruising && release >= floor {
@@ -300,7 +307,7 @@ impl View<'_> {
             let shorter = [ticks / 2, ticks / 4, 1];
             let found = shorter.into_iter().find_map(|ticks| {
                 let release = -start.a * self.hz / ticks as f32;
-                let way = self.refuge(&after(release, ticks)?)?;
+                let way = refuge(&after(release, ticks)?)?;
                 Some(Decision::Go((release * unit) as i64, ticks, way))
             });
             if let Some(decision) = found {
@@ -332,7 +339,8 @@ impl View<'_> {
             for k in 0..effort.halvings {
                 let middle = 0.5 * (good + bad);
                 let full = || (k < effort.full).then(|| any(middle)).flatten();
-                if let Some(way) = same(middle).or_else(full) {
+                let way = like(middle, found.as_ref().unwrap_or(known));
+                if let Some(way) = way.or_else(full) {
                     found = Some(way);
                     good = middle;
                 } else {
@@ -372,7 +380,7 @@ impl View<'_> {
         let course = self.course(&phases);
         let end = self.follow(at, &course, self.end - 1, PREDICTING).ok()?;
         let [up, _, down] = phases;
-        Some(([up, down], self.refuge(&end)?))
+        Some(([up, down], self.refuge(&end, &mut Hints::default())?))
     }
 
     /// From rest over the next joint and to rest again, as slowly as that takes: slowed down far enough, every motion keeps

@@ -22,6 +22,8 @@ const LEGS: usize = 2;
 const HALTS: [f32; 9] = [0.99, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.25, 0.15];
 const OTHERS: [f32; 2] = [0.99, 0.7];
 
+const UP: usize = 1;
+
 /// Where between its ends a leg's deceleration is judged, as the share of the first velocity.
 const MIDDLE: f32 = 0.7;
 
@@ -63,6 +65,28 @@ impl Leg {
     }
 }
 
+/// What `run` finds with one of `shares`, which fall: looked for from `hint` on, which is left where the search has ended. With
+/// less of the limits no change breaks that more of them kept, and with more no velocity.
+pub(super) fn nearest<T>(
+    shares: &[f32],
+    hint: &mut usize,
+    mut run: impl FnMut(f32) -> Result<T, Breach>,
+) -> Option<T> {
+    let mut last = None;
+    loop {
+        let next = match run(*shares.get(*hint)?) {
+            Ok(found) => return Some(found),
+            Err(Breach::Change) => *hint + 1,
+            Err(Breach::Velocity) => hint.wrapping_sub(1),
+        };
+        if next >= shares.len() || last == Some(next) {
+            return None;
+        }
+        last = Some(*hint);
+        *hint = next;
+    }
+}
+
 /// What `run` finds with the largest of `shares` that keeps the limits; they fall. Where a velocity breaks, less of them is of no
 /// use.
 pub(super) fn largest<T>(
@@ -77,6 +101,19 @@ pub(super) fn largest<T>(
         }
     }
     None
+}
+
+/// Which of the shares a leg to rest was found with last, by what comes before it: nothing, a release, a velocity limit.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Hints([usize; 3]);
+
+impl Hints {
+    /// Those of `way`.
+    pub(super) fn of(way: &Way) -> Self {
+        let last = way.first().map_or(HALTS[0], |leg| leg.share);
+        let index = HALTS.iter().position(|&share| share == last);
+        Self([index.unwrap_or(0).saturating_sub(UP); 3])
+    }
 }
 
 /// A way to rest: its legs, the last of them first.
@@ -98,10 +135,10 @@ impl View<'_> {
     }
 
     /// A way to rest from `at` that keeps every limit.
-    pub(super) fn refuge(&self, at: &Motion) -> Option<Way> {
-        let halt = |at: &Motion| {
+    pub(super) fn refuge(&self, at: &Motion, hints: &mut Hints) -> Option<Way> {
+        let halt = |at: &Motion, hint: &mut usize| {
             let grip = self.grip(at, 0.0, at.node);
-            let leg = largest(&HALTS, |share| {
+            let leg = nearest(&HALTS, hint, |share| {
                 let (leg, end) = self.run(at, Goal::Halt, 0.0, grip, share)?;
                 if self.on_path(&end) {
                     Ok(leg)
@@ -111,20 +148,21 @@ impl View<'_> {
             })?;
             Way::from_slice(&[leg]).ok()
         };
-        let behind = |goal: Goal| {
+        let behind = |goal: Goal, hint: &mut usize| {
             largest(&OTHERS, |share| {
                 let (leg, end) = self.leg(at, goal, share)?.ok_or(Breach::Velocity)?;
-                let mut way = halt(&end).ok_or(Breach::Velocity)?;
+                let mut way = halt(&end, hint).ok_or(Breach::Velocity)?;
                 way.push(leg).map_err(|_| Breach::Velocity)?;
                 Ok(way)
             })
         };
-        halt(at)
+        let [direct, released, lowered] = &mut hints.0;
+        halt(at, direct)
             .or_else(|| {
                 let rising = at.a != 0.0;
-                rising.then(|| behind(Goal::Release)).flatten()
+                rising.then(|| behind(Goal::Release, released)).flatten()
             })
-            .or_else(|| behind(self.tightest(at)?))
+            .or_else(|| behind(self.tightest(at)?, lowered))
     }
 
     /// The leg from `at` to `goal` with `share` of the limits, and the motion at its end, or what that breaks; none is needed
@@ -271,5 +309,42 @@ impl View<'_> {
         let ticks = brake(at.v, at.a, 0.0, grip).ticks(self.hz);
         let ticks = ticks.map(|n| n.min(PHASE_MAX));
         slow(&self.state, 0, ticks).unwrap_or([(0, 1); 3])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn a_share_is_found_wherever_there_is_one_and_the_search_ends(
+            hard in 0_usize..=HALTS.len(),
+            weak in 0_usize..=HALTS.len(),
+            from in 0..HALTS.len(),
+        ) {
+            let (first, end) = (hard.min(weak), hard.max(weak));
+            let mut hint = from;
+            let mut runs = 0;
+            let found = nearest(&HALTS, &mut hint, |share| {
+                runs += 1;
+                let index = HALTS.iter().position(|&x| x == share).unwrap();
+                if index < first {
+                    Err(Breach::Change)
+                } else if index < end {
+                    Ok(index)
+                } else {
+                    Err(Breach::Velocity)
+                }
+            });
+            let far = from.abs_diff(found.unwrap_or(first));
+            prop_assert!(runs <= far + 2, "{runs} runs from {from} to {first}");
+            prop_assert_eq!(found.is_some(), first < end);
+            if let Some(index) = found {
+                prop_assert!((first..end).contains(&index));
+                prop_assert_eq!(index, hint);
+            }
+        }
     }
 }

@@ -1,4 +1,4 @@
-//! A range of numbers in one word.
+//! A range of numbers in one word, and two numbers in one.
 //!
 //! In: the ends of a range. Out: middle and half width of one that contains it, each end further out by at most 2^-9 of the
 //! middle and 2^-6 of the half width. The middle is an `f32` of eighteen bits, the half width one of fourteen and without sign.
@@ -55,6 +55,13 @@ impl Span {
         ]
     }
 
+    /// The largest size of any of them.
+    #[must_use]
+    pub fn most(self) -> f32 {
+        let [middle, half] = self.parts();
+        middle.abs() + half
+    }
+
     /// Least and largest value.
     #[inline]
     #[must_use]
@@ -62,6 +69,24 @@ impl Span {
         let [middle, half] = self.parts();
         [middle - half, middle + half]
     }
+}
+
+/// The upper half of a word.
+const UPPER: u32 = 0xffff_0000;
+
+/// The upper halves of two `f32` in a word, each rounded away from zero.
+#[inline]
+#[must_use]
+pub fn halves(first: f32, second: f32) -> u32 {
+    let half = |x: f32| x.to_bits().saturating_add(!UPPER);
+    half(first) & UPPER | half(second) >> 16
+}
+
+/// The two of them.
+#[inline]
+#[must_use]
+pub fn of_halves(word: u32) -> [f32; 2] {
+    [word & UPPER, word << 16].map(f32::from_bits)
 }
 
 #[cfg(test)]
