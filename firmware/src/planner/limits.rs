@@ -248,7 +248,11 @@ impl CurveLimits {
         let cube = square * v;
         let mut range = Range::within(f32::MAX);
         for i in 0..AXES {
-            let [first, second, third] = self.of_axis(i).map(Span::ends);
+            let spans = self.of_axis(i);
+            if Span::are_zero(spans) {
+                continue;
+            }
+            let [first, second, third] = spans.map(Span::ends);
             let below = larger(0.0, rates.a[i] + square * second[0]);
             let above = larger(0.0, rates.a[i] - square * second[1]);
             range.keep(first, below, above);
@@ -268,7 +272,11 @@ impl CurveLimits {
         let (cross, cube) = (3.0 * v * a, v * v * v);
         let mut range = Range::within(rates.most);
         for i in 0..AXES {
-            let [first, second, third] = self.of_axis(i).map(Span::ends);
+            let spans = self.of_axis(i);
+            if Span::are_zero(spans) {
+                continue;
+            }
+            let [first, second, third] = spans.map(Span::ends);
             let (x, y) = (cross * second[0], cross * second[1]);
             let rate = rates.j[i];
             let floor = LEAST_JERK * rates.j[i];
