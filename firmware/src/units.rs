@@ -1,5 +1,7 @@
 //! The numbers that cross module borders: axis count, positions, programmed coordinates.
 
+use core::fmt;
+
 use fixed::types::I32F32;
 
 /// Axes of the machine. Five, by design: loops over axes unroll and arrays have no length field.
@@ -26,10 +28,32 @@ pub type Nano = i64;
 /// [`Nano`] per millimetre or degree.
 pub const NANO_PER_UNIT: Nano = 1_000_000;
 
+/// A number of thousandths, printed as a decimal. (What the core library prints floating point with is 10 KB of flash.)
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Thousandths(pub i64);
+
+impl Thousandths {
+    /// The nearest to `x`; of two, the even one.
+    #[must_use]
+    pub fn nearest(x: f32) -> Self {
+        // Exact: 24 bits by ten.
+        Self(libm::rint(f64::from(x) * 1000.0) as i64)
+    }
+}
+
+impl fmt::Display for Thousandths {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let sign = if self.0 < 0 { "-" } else { "" };
+        let size = self.0.unsigned_abs();
+        write!(f, "{sign}{}.{:03}", size / 1000, size % 1000)
+    }
+}
+
 /// Servo ticks since power-up. Wraps after 2^64 ticks.
 pub type Tick = u64;
 
-/// Square root through one door: IEEE-correct on host and target (`VSQRT` on a core with an FPU).
+/// Square root through one door: correctly rounded on host and target. (The FPU's `VSQRT` in its place has no stable name
+/// and would make planning 1 % cheaper.)
 #[must_use]
 pub fn sqrt(x: f32) -> f32 {
     libm::sqrtf(x)
@@ -73,4 +97,21 @@ pub const PHASE_FRAC: u32 = 50;
 #[must_use]
 pub fn phase(bits: i64) -> Phase {
     bits.wrapping_add(1 << 31) << (PHASE_FRAC - 32)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn thousandths_print_as_the_standard_library_does(bits in any::<u32>()) {
+            let x = f32::from_bits(bits);
+            prop_assume!(x.abs() < 1e15);
+            let expected = format!("{x:.3}");
+            let expected = if expected == "-0.000" { "0.000" } else { &expected };
+            prop_assert_eq!(Thousandths::nearest(x).to_string(), expected);
+        }
+    }
 }

@@ -6,6 +6,7 @@ use crate::catalogue::compensation as catalogue;
 use crate::catalogue::machine::INTERNAL;
 use crate::catalogue::Message;
 use crate::nc::command::Plane;
+use crate::units::Thousandths;
 
 /// A place in the working plane, mm, machine coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,7 +20,8 @@ pub struct Place {
 impl fmt::Display for Place {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let [first, second, _] = self.plane.letters().map(char::from);
-        write!(f, "{first}{:.3} {second}{:.3}", self.at[0], self.at[1])
+        let [x, y] = self.at.map(Thousandths::nearest);
+        write!(f, "{first}{x} {second}{y}")
     }
 }
 
@@ -123,7 +125,7 @@ impl fmt::Display for CompensationErrorKind {
         for (index, text) in self.message().text.split("{}").enumerate() {
             if index > 0 {
                 if let Some(number) = number.take() {
-                    write!(f, "{number:.3}")?;
+                    write!(f, "{}", Thousandths::nearest(number))?;
                 } else if let Some(place) = place.take() {
                     write!(f, "{place}")?;
                 }

@@ -4,21 +4,10 @@ use core::fmt::{self, Write};
 
 use crate::config::{Config, Dialect, ToolData};
 use crate::machine::State;
-use crate::units::{AXES, NANO_PER_UNIT};
+use crate::units::{Thousandths, AXES, NANO_PER_UNIT};
 
 /// Banner at power-up and after a reset. Senders look for its first word.
 pub const BANNER: &str = "\r\nGrbl 1.1h ['$' for help]\r\n";
-
-/// A length in thousandths, printed as a decimal.
-struct Thousandths(i64);
-
-impl fmt::Display for Thousandths {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let sign = if self.0 < 0 { "-" } else { "" };
-        let size = self.0.unsigned_abs();
-        write!(f, "{sign}{}.{:03}", size / 1000, size % 1000)
-    }
-}
 
 /// What a status report says.
 #[derive(Clone, Copy, Debug)]
