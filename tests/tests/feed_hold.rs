@@ -216,7 +216,9 @@ fn a_starved_interrupt_can_be_held_anywhere() {
             let run = drive(
                 &case.config,
                 &Script {
-                    poll_every: rng.within(49, 120),
+                    poll_every: rng.within(41, 100),
+                    // it stops and starts again with each call: up to twenty times the calm run
+                    limit: 20 * case.calm.ticks.len() as u64,
                     ..Script::with_events(
                         &case.text,
                         vec![(at, Event::Hold), (resume, Event::Resume)],
