@@ -12,6 +12,7 @@ use host_sim::events;
 use host_sim::program::Program;
 use host_sim::runner::{self, Observer};
 use host_sim::study;
+use pentaspline::machine::timetable::Row;
 use pentaspline::machine::{Event, Sample};
 use pentaspline::stepgen::StepFrame;
 use pentaspline::units::{Tick, AXES};
@@ -37,13 +38,12 @@ fn same_frames(name: &str) {
     println!("{name}: digest {:016x}", board.digest);
 }
 
-/// Runs `program` with the event file `events` in the simulator and on the board; what the board did.
-fn same_frames_of(name: &str, program: &Program, events: &str) -> Emulated {
-    let events = events::parse("events.csv", events).expect("an event file");
+/// Runs `program` with `events` in the simulator.
+fn simulated(name: &str, program: &Program, events: &[Row]) -> (runner::Outcome, Totals) {
     let resets = events.iter().any(|row| row.event == Event::Reset);
     let options = runner::Options {
         auto_start: true,
-        events: events.clone(),
+        events: events.to_vec(),
         max_ticks: 10_000_000,
     };
     let mut totals = Totals::default();
@@ -56,6 +56,13 @@ fn same_frames_of(name: &str, program: &Program, events: &str) -> Emulated {
     };
     assert_eq!(host.end, end, "{name} in the simulator");
     assert_eq!(host.unused_events, 0, "{name}: rows behind the end");
+    (host, totals)
+}
+
+/// Runs `program` with the event file `events` in the simulator and on the board; what the board did.
+fn same_frames_of(name: &str, program: &Program, events: &str) -> Emulated {
+    let events = events::parse("events.csv", events).expect("an event file");
+    let (host, totals) = simulated(name, program, &events);
 
     let options = Options {
         auto_start: true,
@@ -136,14 +143,15 @@ fn disturbed_runs_are_the_same_on_both() {
         "mixed_modes.nc",
         "bspline_demo.nc",
     ] {
-        let calm = same_frames_of(name, &examples::load(name), "");
-        let board = same_frames_of(name, &examples::load(name), DISTURBANCES);
+        let program = examples::load(name);
+        let (calm, totals) = simulated(name, &program, &[]);
+        let board = same_frames_of(name, &program, DISTURBANCES);
         println!(
             "{name}: digest {:016x} undisturbed, {:016x} with events; {:?}",
             calm.digest, board.digest, board.messages
         );
         assert_ne!(calm.digest, board.digest);
-        assert_eq!(calm.final_steps, board.final_steps);
+        assert_eq!(totals.steps, board.final_steps);
     }
 }
 
