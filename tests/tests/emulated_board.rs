@@ -183,18 +183,17 @@ fn a_reset_leaves_both_at_the_same_place() {
 /// Runs every program of the study if it is set.
 const CAMPAIGN: &str = "PENTASPLINE_CAMPAIGN";
 
-/// One program of each method, and a roughing one: what a minute or two has room for.
-const BOUNDED: [&str; 5] = [
+/// One program of each method, that of the C-spline a roughing one: what a minute or two has room for.
+const BOUNDED: [&str; 4] = [
     "FINISH_EKVI_15_A.MPF",
     "FINISH_EKVI_15_LIN.MPF",
     // Its contour ends in a bend that the compensation looks back from for 100 ticks: longer than is planned ahead.
     "ROUGH_POLAR_5_C.MPF",
-    "FINISH_EKVI_15_C.MPF",
     "FINISH_EKVI_15_B.MPF",
 ];
 
 #[test]
-fn thesis_programs_with_their_compensation_five_of_them_or_all_36_in_a_campaign() {
+fn thesis_programs_with_their_compensation_four_of_them_or_all_36_in_a_campaign() {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("thesis-board");
     study::write_programs(&folder).unwrap_or_else(|failure| panic!("{failure:?}"));
     let names: Vec<String> = if std::env::var_os(CAMPAIGN).is_some() {

@@ -268,8 +268,8 @@ impl Planner<'_> {
         match &self.pace.slowing {
             Some(slowing) => Some(view.course(&slowing.phases)),
             None => {
-                let leg = self.pace.way.last()?;
-                leg.course(&view.motion(), 1.0 / view.hz)
+                let part = self.pace.way.first()?;
+                part.course(&view.motion(), 1.0 / view.hz)
             }
         }
     }
@@ -298,9 +298,9 @@ impl Planner<'_> {
     /// On along the way to rest.
     pub(super) fn go_on(&mut self, config: &Config) {
         if self.pace.slowing.is_none() {
-            let leg = self.pace.way.pop();
+            let part = self.pace.way.take_first();
             let view = self.view(config);
-            let phases = leg.and_then(|leg| view.exactly(&leg));
+            let phases = part.and_then(|part| view.exactly(&part));
             let phases = phases.unwrap_or_else(|| view.forced());
             self.pace.slowing = Some(Slowing {
                 phases,

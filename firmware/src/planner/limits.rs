@@ -264,6 +264,33 @@ impl CurveLimits {
         range
     }
 
+    /// Least and largest acceleration with which `|q' a + q'' v^2|` stays within the acceleration of every axis at velocity `v`.
+    /// Both may be of one sign; there is none where the first is the larger.
+    #[must_use]
+    pub fn accelerations(&self, rates: &Rates, v: f32) -> [f32; 2] {
+        let square = v * v;
+        let mut range = [f32::MIN, f32::MAX];
+        for i in 0..AXES {
+            let [first, second, _] = self.of_axis(i).map(Span::ends);
+            // What q' a may be.
+            let least = -rates.a[i] - square * second[0];
+            let most = rates.a[i] - square * second[1];
+            for q in first {
+                let [low, high] = if q > 0.0 {
+                    [least / q, most / q]
+                } else if q < 0.0 {
+                    [most / q, least / q]
+                } else if least <= 0.0 && most >= 0.0 {
+                    continue;
+                } else {
+                    [f32::MAX, f32::MIN]
+                };
+                range = [larger(range[0], low), smaller(range[1], high)];
+            }
+        }
+        range
+    }
+
     /// Jerks allowed at velocity `v` and acceleration `a`: `|q' j + 3 q'' v a + q''' v^3|` within the jerk of every
     /// axis.
     #[must_use]

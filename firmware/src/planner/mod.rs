@@ -7,6 +7,7 @@
 pub mod brake;
 mod change;
 mod course;
+mod descent;
 mod halt;
 pub mod joint;
 pub mod limits;

@@ -45,6 +45,9 @@ const EFFORTS: [Effort; 2] = [
     },
 ];
 
+/// Ticks below which a piece is not made shorter to end with its segment.
+const SHORTEST: u32 = 4;
+
 /// Phases of a rest-to-rest move, in ticks, that are tried at most where they are longer than the limits ask for.
 const HOPS: u32 = 6;
 
@@ -147,6 +150,12 @@ impl View<'_> {
     pub(super) fn acceleration(&self, index: usize, v: f32) -> Range {
         let limits = &self.nodes.get(index).limits;
         limits.acceleration(self.rates(index), v)
+    }
+
+    /// Least and largest acceleration in node `index` at velocity `v`, whatever jerk leaves of them.
+    pub(super) fn accelerations(&self, index: usize, v: f32) -> [f32; 2] {
+        let limits = &self.nodes.get(index).limits;
+        limits.accelerations(self.rates(index), v)
     }
 
     /// Jerks allowed in node `index` at velocity `v` and acceleration `a`.
@@ -269,6 +278,11 @@ impl View<'_> {
         } else {
             ((scale * self.hz * 0.125) as u32).clamp(1, effort.ticks)
         };
+        // Behind the joint there is another acceleration to be had, at once.
+        if node.brisk && !cruising && ticks > SHORTEST {
+            let inside = smaller(start.left / start.v * self.hz, ticks as f32) as u32;
+            ticks = ticks.min(inside + 1).max(SHORTEST);
+        }
         // Nothing is to be gained before the joint where the next segment is faster.
         let next = self.nodes.get(start.node + 1).limits.v;
         if cruising && smaller(node.exit_v, next) > top {

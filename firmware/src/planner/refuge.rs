@@ -1,7 +1,8 @@
 //! A way to rest: whether the motion can still be stopped within every limit, and how it slows down.
 //!
 //! In: a motion. Out: a [`Way`]: a leg to rest, perhaps behind another one that lets the acceleration go or leads down to a
-//! velocity limit ahead. Every state that is planned has one, so nothing that lies ahead can be run over. A leg is shaped
+//! velocity limit ahead, or behind stretches ([`super::descent`]). Every state that is planned has one, so nothing that lies
+//! ahead can be run over. A leg is shaped
 //! with the limits at its ends, tried with smaller and smaller shares of them, and run along the nodes before it counts:
 //! what lies between may allow less.
 
@@ -9,6 +10,7 @@ use heapless::Vec;
 
 use super::brake::{brake, slow, Grip, Phases};
 use super::course::{Breach, Course, Motion, PREDICTING};
+use super::descent::{Stretch, STRETCHES};
 use super::profile::{View, UNIT};
 use crate::units::{larger, smaller, sqrt};
 
@@ -103,6 +105,60 @@ pub(super) fn largest<T>(
     None
 }
 
+/// A way to rest: stretches, then legs.
+#[derive(Clone, Debug)]
+pub(super) struct Way {
+    /// The last of them first.
+    stretches: Vec<Stretch, STRETCHES>,
+    /// The last of them first.
+    legs: Vec<Leg, LEGS>,
+}
+
+/// A part of a way.
+pub(super) enum Part {
+    Stretch(Stretch),
+    Leg(Leg),
+}
+
+impl Way {
+    /// None: at rest.
+    pub(super) const fn new() -> Self {
+        Self {
+            stretches: Vec::new(),
+            legs: Vec::new(),
+        }
+    }
+
+    /// Its first part.
+    pub(super) fn first(&self) -> Option<Part> {
+        let stretch = self.stretches.last().copied().map(Part::Stretch);
+        stretch.or_else(|| self.legs.last().copied().map(Part::Leg))
+    }
+
+    /// Its first part, which it has no more.
+    pub(super) fn take_first(&mut self) -> Option<Part> {
+        let stretch = self.stretches.pop().map(Part::Stretch);
+        stretch.or_else(|| self.legs.pop().map(Part::Leg))
+    }
+
+    /// Which of the shares it comes to rest with.
+    fn share(&self) -> usize {
+        let share = self.legs.first().map_or(HALTS[0], |leg| leg.share);
+        let index = HALTS.iter().position(|&halt| halt == share);
+        index.unwrap_or(0)
+    }
+}
+
+impl Part {
+    /// Its course from `at`.
+    pub(super) fn course(&self, at: &Motion, h: f32) -> Option<Course> {
+        match self {
+            Self::Stretch(stretch) => Some(stretch.course(at, h)),
+            Self::Leg(leg) => leg.course(at, h),
+        }
+    }
+}
+
 /// Which of the shares a leg to rest was found with last, by what comes before it: nothing, a release, a velocity limit.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Hints([usize; 3]);
@@ -110,49 +166,72 @@ pub(super) struct Hints([usize; 3]);
 impl Hints {
     /// Those of `way`.
     pub(super) fn of(way: &Way) -> Self {
-        let last = way.first().map_or(HALTS[0], |leg| leg.share);
-        let index = HALTS.iter().position(|&share| share == last);
-        Self([index.unwrap_or(0).saturating_sub(UP); 3])
+        Self([way.share().saturating_sub(UP); 3])
     }
 }
 
-/// A way to rest: its legs, the last of them first.
-pub(super) type Way = Vec<Leg, LEGS>;
-
 impl View<'_> {
-    /// A way to rest from `at` that keeps every limit, by legs to the same goals as those of `known`.
+    /// A way to rest from `at` that keeps every limit, of the same kind as `known`.
     pub(super) fn same_refuge(&self, at: &Motion, known: &Way) -> Option<Way> {
+        if !known.stretches.is_empty() {
+            return self.descent(at, known.stretches.len() - 1, known.share());
+        }
         let mut way = Way::new();
         let mut at = *at;
-        for leg in known.iter().rev() {
+        for leg in known.legs.iter().rev() {
             let Some((next, end)) = self.leg(&at, leg.goal, leg.share).ok()? else {
                 continue;
             };
-            way.insert(0, next).ok()?;
+            way.legs.insert(0, next).ok()?;
             at = end;
         }
         self.rests(&way, &at).then_some(way)
     }
 
+    /// A way to rest from `at` that keeps every limit, by stretches and a leg to rest, which is first tried behind `least`
+    /// stretches and with the share of number `share`.
+    fn descent(&self, at: &Motion, least: usize, mut share: usize) -> Option<Way> {
+        let mut way = Way::new();
+        let mut at = *at;
+        loop {
+            if way.stretches.len() >= least {
+                if let Some(leg) = self.halt(&at, &mut share) {
+                    way.legs.push(leg).ok()?;
+                    way.stretches.reverse();
+                    return Some(way);
+                }
+            }
+            let (stretch, end) = self.steepest(&at)?;
+            way.stretches.push(stretch).ok()?;
+            at = end;
+        }
+    }
+
+    /// A leg from `at` to rest that keeps every limit.
+    fn halt(&self, at: &Motion, hint: &mut usize) -> Option<Leg> {
+        let grip = self.grip(at, 0.0, at.node);
+        nearest(&HALTS, hint, |share| {
+            let (leg, end) = self.run(at, Goal::Halt, 0.0, grip, share)?;
+            if self.on_path(&end) {
+                Ok(leg)
+            } else {
+                Err(Breach::Velocity)
+            }
+        })
+    }
+
     /// A way to rest from `at` that keeps every limit.
     pub(super) fn refuge(&self, at: &Motion, hints: &mut Hints) -> Option<Way> {
         let halt = |at: &Motion, hint: &mut usize| {
-            let grip = self.grip(at, 0.0, at.node);
-            let leg = nearest(&HALTS, hint, |share| {
-                let (leg, end) = self.run(at, Goal::Halt, 0.0, grip, share)?;
-                if self.on_path(&end) {
-                    Ok(leg)
-                } else {
-                    Err(Breach::Velocity)
-                }
-            })?;
-            Way::from_slice(&[leg]).ok()
+            let mut way = Way::new();
+            way.legs.push(self.halt(at, hint)?).ok()?;
+            Some(way)
         };
         let behind = |goal: Goal, hint: &mut usize| {
             largest(&OTHERS, |share| {
                 let (leg, end) = self.leg(at, goal, share)?.ok_or(Breach::Velocity)?;
                 let mut way = halt(&end, hint).ok_or(Breach::Velocity)?;
-                way.push(leg).map_err(|_| Breach::Velocity)?;
+                way.legs.push(leg).map_err(|_| Breach::Velocity)?;
                 Ok(way)
             })
         };
@@ -163,6 +242,11 @@ impl View<'_> {
                 rising.then(|| behind(Goal::Release, released)).flatten()
             })
             .or_else(|| behind(self.tightest(at)?, lowered))
+            .or_else(|| {
+                // With jerk limited, acceleration takes longer to change than segments do.
+                let brisk = self.nodes.get(at.node).brisk;
+                brisk.then(|| self.descent(at, 1, 0)).flatten()
+            })
     }
 
     /// The leg from `at` to `goal` with `share` of the limits, and the motion at its end, or what that breaks; none is needed
@@ -226,12 +310,18 @@ impl View<'_> {
 
     fn end_of(&self, at: &Motion, leg: &Leg) -> Result<Motion, Breach> {
         let course = leg.course(at, 1.0 / self.hz).ok_or(Breach::Velocity)?;
-        self.follow(at, &course, self.end - 1, PREDICTING)
+        self.run_on(at, &course)
+    }
+
+    /// The motion at the end of `course`, run from `at`, or what that breaks.
+    pub(super) fn run_on(&self, at: &Motion, course: &Course) -> Result<Motion, Breach> {
+        self.follow(at, course, self.end - 1, PREDICTING)
     }
 
     /// Whether `way`, which ends in `end`, ends at rest and on the path.
     fn rests(&self, way: &Way, end: &Motion) -> bool {
         let halts = way
+            .legs
             .first()
             .is_some_and(|leg| matches!(leg.goal, Goal::Halt));
         halts && self.on_path(end)
@@ -291,10 +381,15 @@ impl View<'_> {
         }
     }
 
-    /// The phases of `leg` from the planned state in whole units of jerk.
-    pub(super) fn exactly(&self, leg: &Leg) -> Option<Phases> {
-        let Leg { to, ticks, .. } = *leg;
-        if let Goal::Release = leg.goal {
+    /// The phases of `part` from the planned state in whole units of jerk.
+    pub(super) fn exactly(&self, part: &Part) -> Option<Phases> {
+        let Leg {
+            goal, to, ticks, ..
+        } = *match part {
+            Part::Stretch(stretch) => return self.exactly_stretched(stretch),
+            Part::Leg(leg) => leg,
+        };
+        if let Goal::Release = goal {
             // Where that leads is given.
             let jerk = -self.state.a / i128::from(ticks[2]);
             return Some([(0, 0), (0, 0), (i64::try_from(jerk).ok()?, ticks[2])]);
