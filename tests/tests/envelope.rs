@@ -78,8 +78,9 @@ fn curves() -> impl Strategy<Value = AxisCurve> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(4000))]
 
-    /// Quintics with the largest coefficients on segments of every length: the polynomial of wider integers, but for three
-    /// units of the fine coefficients and six of a phase; on the end exactly what the constant place of the end gives.
+    /// Quintics with the largest coefficients on segments of every length: the polynomial of wider integers, but for four
+    /// units of the fine coefficients and six of a phase. Products rounded down lose 1 + 1/2 + 1/4 + 1/8 + 1/16 units; t, rounded
+    /// down to 2^-31, moves the sum by 1 + 2/2 + 3/4 + 4/8 + 5/16 times 2^30 units at most, 1.8 units; in all below 3.8. On the end exactly what the constant place of the end gives.
     #[test]
     fn quintics_at_the_corners_do_not_wrap(
         curve in curves(),
@@ -103,7 +104,7 @@ proptest! {
             }
             let exact = straight + ((sum * i128::from(scale)) >> 40);
             let off = i128::from(found.wrapping_sub(curve.base)) - exact;
-            prop_assert!(off.abs() <= 3 * i128::from(scale) + 6, "{} at {}, scale {}", off, left, scale);
+            prop_assert!(off.abs() <= 4 * i128::from(scale) + 6, "{} at {}, scale {}", off, left, scale);
         }
         prop_assert_eq!(segment.place(Wide::new(0)), Place::END);
     }
