@@ -80,7 +80,8 @@ proptest! {
 
     /// Quintics with the largest coefficients on segments of every length: the polynomial of wider integers, but for four
     /// units of the fine coefficients and six of a phase. Products rounded down lose 1 + 1/2 + 1/4 + 1/8 + 1/16 units; t, rounded
-    /// down to 2^-31, moves the sum by 1 + 2/2 + 3/4 + 4/8 + 5/16 times 2^30 units at most, 1.8 units; in all below 3.8. On the end exactly what the constant place of the end gives.
+    /// down to 2^-31, moves the sum by 1 + 2/2 + 3/4 + 4/8 + 5/16 times 2^30 units of it at most, 1.8 units; in all below 3.8. On the
+    /// end exactly what the constant place of the end gives.
     #[test]
     fn quintics_at_the_corners_do_not_wrap(
         curve in curves(),
