@@ -307,6 +307,11 @@ impl View<'_> {
         Ok(at)
     }
 
+    /// Runs `course` from `at` as far as the path is known.
+    pub(super) fn run_on(&self, at: &Motion, course: &Course) -> Result<Motion, Breach> {
+        self.follow(at, course, self.end - 1, PREDICTING)
+    }
+
     /// The velocity that belongs to the acceleration of `at`: differences of positions lie half a tick before those of velocities.
     fn seen(&self, at: &Motion) -> f32 {
         larger(0.0, at.v - 0.5 * at.a / self.hz)

@@ -154,27 +154,18 @@ impl CurveLimits {
         taken: &Taken,
         passing: &Passing,
     ) -> bool {
-        let Demand {
-            a,
-            j,
-            square,
-            cross,
-            cube,
-        } = *demand;
         let Passing {
             bent,
             turned,
             kinked,
         } = *passing;
-        let wide = demand.sizes();
         for i in 0..AXES {
             let spans = self.of_axis(i);
             if Span::are_zero(spans) {
                 continue;
             }
-            let [[q1, r1], [q2, r2], [q3, r3]] = spans.map(Span::parts);
             let (a_max, j_max) = (rates.a[i], rates.j[i]);
-            let inside = [q1 * a + q2 * square, q1 * j + q2 * cross + q3 * cube];
+            let [inside, off] = demand.of_axis(spans);
             let mut most = inside.map(f32::abs);
             if !taken.spares(i) {
                 let [step1, step2] = taken.of_axis(i);
@@ -191,8 +182,7 @@ impl CurveLimits {
                     ),
                 ];
             }
-            let acceleration = most[0] + (r1 * wide[0] + r2 * square);
-            let jerk = most[1] + (r1 * wide[1] + r2 * wide[2] + r3 * cube);
+            let [acceleration, jerk] = [most[0] + off[0], most[1] + off[1]];
             if !(acceleration <= share.a * a_max && jerk <= share.j * j_max) {
                 return false;
             }

@@ -185,6 +185,28 @@ impl Demand {
         }
     }
 
+    /// Acceleration and jerk that this takes of an axis whose q', q'' and q''' are in `spans`: with the middle of each, and how
+    /// far off that it may be.
+    #[inline(always)]
+    pub(super) fn of_axis(&self, spans: [Span; 3]) -> [[f32; 2]; 2] {
+        let Self {
+            a,
+            j,
+            square,
+            cross,
+            cube,
+        } = *self;
+        let wide = self.sizes();
+        let [[q1, r1], [q2, r2], [q3, r3]] = spans.map(Span::parts);
+        [
+            [q1 * a + q2 * square, q1 * j + q2 * cross + q3 * cube],
+            [
+                r1 * wide[0] + r2 * square,
+                r1 * wide[1] + r2 * wide[2] + r3 * cube,
+            ],
+        ]
+    }
+
     /// Of acceleration, jerk and 3 v a.
     #[inline]
     pub(super) fn sizes(&self) -> [f32; 3] {
@@ -324,23 +346,13 @@ impl CurveLimits {
 
     #[inline(never)]
     fn keeps_exactly(&self, rates: &Rates, demand: &Demand, share: Share) -> bool {
-        let Demand {
-            a,
-            j,
-            square,
-            cross,
-            cube,
-        } = *demand;
-        let wide = demand.sizes();
         for i in 0..AXES {
             let spans = self.of_axis(i);
             if Span::are_zero(spans) {
                 continue;
             }
-            let [[q1, r1], [q2, r2], [q3, r3]] = spans.map(Span::parts);
-            let acceleration = (q1 * a + q2 * square).abs() + (r1 * wide[0] + r2 * square);
-            let jerk =
-                (q1 * j + q2 * cross + q3 * cube).abs() + (r1 * wide[1] + r2 * wide[2] + r3 * cube);
+            let [middle, off] = demand.of_axis(spans);
+            let [acceleration, jerk] = [middle[0].abs() + off[0], middle[1].abs() + off[1]];
             if !(acceleration <= share.a * rates.a[i] && jerk <= share.j * rates.j[i]) {
                 return false;
             }

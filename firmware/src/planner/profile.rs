@@ -298,7 +298,7 @@ impl View<'_> {
                 jerk: [jerk, 0.0, 0.0],
                 ticks: [ticks, 0, 0],
             };
-            self.follow(&start, &course, self.end - 1, PREDICTING).ok()
+            self.run_on(&start, &course).ok()
         };
         let end = |jerk: f32| after(jerk, ticks);
         let like = |jerk: f32, way: &Way| self.same_refuge(&end(jerk)?, way);
@@ -392,7 +392,7 @@ impl View<'_> {
         let to = f64::from(top) / f64::from(self.hz) * f64::from(UNIT);
         let phases = slow(&self.state, to as i128, [n, 0, n])?;
         let course = self.course(&phases);
-        let end = self.follow(at, &course, self.end - 1, PREDICTING).ok()?;
+        let end = self.run_on(at, &course).ok()?;
         let [up, _, down] = phases;
         Some(([up, down], self.refuge(&end, &mut Hints::default())?))
     }
@@ -413,7 +413,7 @@ impl View<'_> {
             let j = hop(distance, m);
             let phases = [(j, m), (-j, 2 * m), (j, m)];
             let course = self.course(&phases);
-            let end = self.follow(&start, &course, self.end - 1, PREDICTING);
+            let end = self.run_on(&start, &course);
             end.is_ok().then_some(phases)
         });
         found.map_or(Decision::GoOn, Decision::Creep)

@@ -9,7 +9,7 @@
 use heapless::Vec;
 
 use super::brake::{brake, slow, Grip, Phases};
-use super::course::{Breach, Course, Motion, PREDICTING};
+use super::course::{Breach, Course, Motion};
 use super::descent::{Stretch, STRETCHES};
 use super::profile::{View, UNIT};
 use crate::units::{larger, smaller, sqrt};
@@ -311,11 +311,6 @@ impl View<'_> {
     fn end_of(&self, at: &Motion, leg: &Leg) -> Result<Motion, Breach> {
         let course = leg.course(at, 1.0 / self.hz).ok_or(Breach::Velocity)?;
         self.run_on(at, &course)
-    }
-
-    /// The motion at the end of `course`, run from `at`, or what that breaks.
-    pub(super) fn run_on(&self, at: &Motion, course: &Course) -> Result<Motion, Breach> {
-        self.follow(at, course, self.end - 1, PREDICTING)
     }
 
     /// Whether `way`, which ends in `end`, ends at rest and on the path.
