@@ -5,7 +5,7 @@
 //! has them in integers; many of these predictions are made for each piece that is planned.
 
 use super::joint::Taken;
-use super::limits::{Demand, Share, BUILDS_UP};
+use super::limits::{Demand, Part, Share, BUILDS_UP};
 use super::nodes::Node;
 use super::profile::View;
 use crate::units::{larger, smaller};
@@ -128,6 +128,26 @@ const AROUND: [f32; 2] = [2.0, 1.01];
 /// Ticks within one node from which on the middle of a step is looked at, too: with jerk limited, and without.
 const LONG: [f32; 2] = [6.0, 2.0];
 
+/// Which tick's differences of positions are looked at: of the one that a motion is the end of, or of the one that begins there.
+#[derive(Clone, Copy)]
+enum Tick {
+    Ending,
+    Beginning,
+}
+
+impl Tick {
+    /// Ticks by which the middle of its second differences lies behind the motion. That of third ones is half a tick further.
+    fn behind(self) -> f32 {
+        match self {
+            Self::Ending => 1.0,
+            Self::Beginning => 0.0,
+        }
+    }
+}
+
+/// Share of the velocity by which that changes in a node where it is looked at in four parts, and in eight.
+const FAR: [f32; 2] = [0.25, 0.7];
+
 /// Steps in which the end of a node is approached: Newton's method where the motion slows down.
 const APPROACHES: u32 = 4;
 
@@ -207,25 +227,22 @@ impl View<'_> {
         // Braking for a hold is run in parts of a tick.
         let in_ticks = h * self.hz > 0.5;
         for (&jerk, &ticks) in course.jerk.iter().zip(&course.ticks) {
-            let demand = |at: &Motion| Demand::new([self.seen(at), at.a, jerk]);
-            // In a tick that sees the joint that takes `taken`.
-            let passes = |node: &Node, taken: &Taken, demand: &Demand, at: &Motion| {
-                self.keeps_beside(node, taken, demand, all, [at.v, tolerance.taken])
+            // In a tick that sees the joint that takes `taken`, in `node` from where `left` of it is left.
+            let passes = |node: &Node, left: f32, taken: &Taken, at: &Motion, tick: Tick| {
+                let part = || self.seen_from(node, at, [left, at.left], tick);
+                let passed = [at.v, tolerance.taken];
+                let demand = self.demand(at, jerk, tick);
+                self.keeps_beside(node, part, taken, &demand, all, passed)
             };
-            // The second difference of the tick behind a joint sees it, too.
-            let later = |at: &Motion| Motion {
-                a: at.a + jerk * h,
-                ..*at
-            };
-            if ticks > 0
-                && !(self.keeps(here, &demand(&at), all)
-                    && self.beside(here, &at, jerk, last, tolerance))
-            {
-                return Err(Breach::Change);
-            }
+            // What is left of the node where this jerk has not been looked at yet.
+            let mut open = at.left;
             // Where jerk is not limited, the first tick may be all of the acceleration.
-            let sudden = ticks > 0 && in_ticks && here.brisk;
-            if sudden && !self.beside(here, &later(&at), jerk, last, tolerance) {
+            let first = if here.brisk && !in_ticks {
+                Tick::Ending
+            } else {
+                Tick::Beginning
+            };
+            if ticks > 0 && !self.beside(here, &at, jerk, first, last, tolerance) {
                 return Err(Breach::Change);
             }
             let mut remaining = ticks;
@@ -268,23 +285,55 @@ impl View<'_> {
                 let over = next.node < last && next.left < 0.0;
                 let near = n > 1 && here.brisk && in_ticks;
                 let inside = near || remaining == 0;
-                let there = demand(&next);
-                if (over && !passes(here, &here.exit_taken, &there, &next))
-                    || (!over && inside && !self.keeps(here, &there, all))
-                {
+                if over && !passes(here, open, &here.exit_taken, &next, Tick::Ending) {
                     return Err(Breach::Change);
                 }
-                if n as f32 * h * self.hz > LONG[usize::from(here.brisk)] {
-                    let middle = at.after(jerk, (n / 2) as f32, h);
-                    if !self.keeps(here, &demand(&middle), all) {
-                        return Err(Breach::Change);
+                // Where the largest of all that is asked for on the way is allowed, nothing else need be looked at.
+                let a = larger(at.a.abs(), next.a.abs()) + jerk.abs() / self.hz;
+                let most = Demand::new([v + a / self.hz, a, jerk]);
+                let surely = here.limits.keeps_surely(self.rates_of(here), &most, all);
+                // Each point stands for its surroundings, where velocity may be above the straight line between two of them. The more
+                // it changes, the more of them.
+                let long = n as f32 * h * self.hz > LONG[usize::from(here.brisk)];
+                let change = speeds[1] - speeds[0];
+                let parts = match long {
+                    false => 1,
+                    _ if change > FAR[1] * speeds[1] => 8,
+                    _ if change > FAR[0] * speeds[1] => 4,
+                    true => 2,
+                };
+                let apart = h * n as f32 / parts as f32;
+                let bulge = larger(0.0, -0.125 * jerk * apart * apart);
+                let mut point = at;
+                let points = if surely { 0 } else { parts + 1 };
+                for k in 0..points {
+                    let (tick, looked) = match k {
+                        0 => (first, long || remaining + n == ticks),
+                        _ => (Tick::Ending, k < parts || (!over && inside)),
+                    };
+                    let following = if k + 1 < parts {
+                        at.after(jerk, (n * (k + 1) / parts) as f32, h)
+                    } else {
+                        next
+                    };
+                    if looked {
+                        let until = 0.5 * (point.left + following.left);
+                        if !self.holds(here, &point, jerk, tick, bulge, [open, until], all) {
+                            return Err(Breach::Change);
+                        }
+                        open = until;
                     }
+                    point = following;
+                }
+                if surely {
+                    open = next.left;
                 }
                 while next.node < last && next.left < 0.0 {
                     let before = here;
                     next.node += 1;
                     here = self.nodes.get(next.node);
                     next.left += here.length;
+                    open = here.length;
                     if before.stop
                         || v > smaller(before.exit_v, here.limits.v) * tolerance.v + rounded
                     {
@@ -292,15 +341,17 @@ impl View<'_> {
                     }
                     let taken = &before.exit_taken;
                     let ends = remaining == 0 || !in_ticks || (taken.is_none() && !here.brisk);
-                    if !(passes(here, taken, &there, &next)
-                        && (ends || passes(here, taken, &demand(&later(&next)), &next)))
+                    // The differences of the tick behind a joint see it, too.
+                    if !(passes(here, open, taken, &next, Tick::Ending)
+                        && (ends || passes(here, open, taken, &next, Tick::Beginning)))
                     {
                         return Err(Breach::Change);
                     }
+                    open = next.left;
                 }
                 at = next;
             }
-            if ticks > 0 && !self.beside(here, &at, jerk, last, tolerance) {
+            if ticks > 0 && !self.beside(here, &at, jerk, Tick::Ending, last, tolerance) {
                 return Err(Breach::Change);
             }
         }
@@ -312,9 +363,47 @@ impl View<'_> {
         self.follow(at, course, self.end - 1, PREDICTING)
     }
 
-    /// The velocity that belongs to the acceleration of `at`: differences of positions lie half a tick before those of velocities.
-    fn seen(&self, at: &Motion) -> f32 {
-        larger(0.0, at.v - 0.5 * at.a / self.hz)
+    /// What the differences of positions see of the motion in the tick that ends or begins at `at`: second ones the mean of two
+    /// velocities, third ones the velocity between them.
+    fn demand(&self, at: &Motion, jerk: f32, tick: Tick) -> Demand {
+        let step = jerk / self.hz;
+        let [a, v] = match tick {
+            Tick::Ending => [at.a, at.v - at.a / self.hz],
+            Tick::Beginning => [at.a + step, at.v],
+        };
+        let second = larger(0.0, v + 0.5 * a / self.hz);
+        Demand::seen([second, a], [larger(0.0, v), a - 0.5 * step], jerk)
+    }
+
+    /// Whether `jerk` is allowed in `node` at `at`, over the part of it that this stands for, where velocity is up to `bulge` larger.
+    #[inline(never)]
+    #[allow(clippy::too_many_arguments)]
+    fn holds(
+        &self,
+        node: &Node,
+        at: &Motion,
+        jerk: f32,
+        tick: Tick,
+        bulge: f32,
+        surroundings: [f32; 2],
+        share: Share,
+    ) -> bool {
+        let v = at.v + bulge;
+        let mut demand = self.demand(&Motion { v, ..*at }, jerk, tick);
+        // (v a)'' is 3 a j where v'' is j.
+        demand.cross += 3.0 * 2.0 * bulge * at.a;
+        let part = || self.seen_from(node, at, surroundings, tick);
+        self.keeps(node, part, &demand, share)
+    }
+
+    /// The part of `node` that the differences of ticks see while its end is approached from `from` to `to`, about as fast as `at` is.
+    fn seen_from(&self, node: &Node, at: &Motion, [from, to]: [f32; 2], tick: Tick) -> Part {
+        let per_tick = at.v / self.hz;
+        let (second, third) = (tick.behind(), if node.brisk { 0.0 } else { 0.5 });
+        Part::between(
+            node.length,
+            [from + per_tick * (second + third), to + per_tick * second],
+        )
     }
 
     /// Where `jerk` leads from `from` in `ticks`, whatever the limits.
@@ -333,16 +422,26 @@ impl View<'_> {
         here: &Node,
         at: &Motion,
         jerk: f32,
+        tick: Tick,
         last: usize,
         tolerance: Tolerance,
     ) -> bool {
         let near = AROUND[usize::from(here.brisk)] * at.v / self.hz;
         let both = |before: &Node, after: &Node| {
-            [before, after].into_iter().all(|node| {
-                let v = smaller(self.seen(at), node.limits.v);
-                let demand = Demand::new([v, at.a, jerk]);
+            let parts = [[near, 0.0], [after.length, after.length - near]];
+            [before, after].into_iter().zip(parts).all(|(node, part)| {
+                let v = smaller(at.v, node.limits.v);
+                let demand = self.demand(&Motion { v, ..*at }, jerk, tick);
                 let passed = [at.v, tolerance.taken];
-                self.keeps_beside(node, &before.exit_taken, &demand, tolerance.all(), passed)
+                let part = || Part::between(node.length, part);
+                self.keeps_beside(
+                    node,
+                    part,
+                    &before.exit_taken,
+                    &demand,
+                    tolerance.all(),
+                    passed,
+                )
             })
         };
         if at.node > 0 && here.length - at.left < near {

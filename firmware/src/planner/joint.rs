@@ -3,11 +3,11 @@
 //! In: the derivatives of the axes on both sides. Out: a [`Joint`], and with it whether motion beside it keeps the limits of the
 //! axes ([`CurveLimits`]).
 
-use super::limits::{axis_jerk, share_of, Bound, CurveLimits, Demand, Rates, Share, WIDER};
-use super::span::{halves, of_halves, Span};
+use super::limits::{axis_jerk, share_of, CurveLimits, Demand, Part, Rates, Share};
+use super::span::{halves, of_halves};
 use crate::config::Config;
 use crate::geometry::arc::PathDerivatives;
-use crate::units::{larger, smaller, AxisVec, AXES};
+use crate::units::{larger, smaller, AXES};
 
 /// Share of an axis' jerk that passing a joint may take.
 const JOINT_SHARE: f32 = 0.98;
@@ -122,13 +122,14 @@ impl CurveLimits {
     pub fn keeps_beside(
         &self,
         rates: &Rates,
+        part: impl FnOnce() -> Part,
         demand: &Demand,
         share: Share,
         taken: &Taken,
         [over, weight]: [f32; 2],
     ) -> bool {
         if taken.is_none() {
-            return self.keeps(rates, demand, share);
+            return self.keeps(rates, part, demand, share);
         }
         // A step in q' adds what it turns, in one tick or two; a step in q'' up to its share of what it bends.
         let [weighed, kinked] = [rates.jerk_hz * weight, over * rates.hz];
@@ -142,13 +143,14 @@ impl CurveLimits {
         let a = a + 2.0 * passing.kinked * kink;
         let j = j + passing.turned * rates.a_per_j * kink + 2.0 * passing.bent * bend;
         (a <= share.a && j <= share.j)
-            || self.keeps_beside_exactly(rates, demand, share, taken, &passing)
+            || self.keeps_beside_exactly(rates, part(), demand, share, taken, &passing)
     }
 
     #[inline(never)]
     fn keeps_beside_exactly(
         &self,
         rates: &Rates,
+        part: Part,
         demand: &Demand,
         share: Share,
         taken: &Taken,
@@ -160,12 +162,11 @@ impl CurveLimits {
             kinked,
         } = *passing;
         for i in 0..AXES {
-            let spans = self.of_axis(i);
-            if Span::are_zero(spans) {
+            let Some(axis) = self.of_axis(i, part) else {
                 continue;
-            }
+            };
             let (a_max, j_max) = (rates.a[i], rates.j[i]);
-            let [inside, off] = demand.of_axis(spans);
+            let [inside, off] = demand.of_axis(axis);
             let mut most = inside.map(f32::abs);
             if !taken.spares(i) {
                 let [step1, step2] = taken.of_axis(i);
@@ -193,26 +194,37 @@ impl CurveLimits {
     /// Forgets the axes that never limit anything: with whatever the others allow at up to velocity `v`, and with what passing the
     /// joints at both ends takes at their velocities, they keep their limits by far. Limits are looked at much more often than set.
     #[must_use]
-    pub fn without_idle(self, rates: &Rates, v: f32, joints: [(&Taken, f32); 2]) -> Self {
+    pub fn without_idle(
+        self,
+        rates: &Rates,
+        length: f32,
+        v: f32,
+        joints: [(&Taken, f32); 2],
+    ) -> Self {
         let (square, cube) = (v * v, v * v * v);
+        let whole = Part::whole(length);
         let axes: [_; AXES] = core::array::from_fn(|i| {
-            self.of_axis(i).map(|span| {
-                let [middle, half] = span.parts();
-                (middle.abs(), half)
-            })
+            let axis = self.of_axis(i, whole).unwrap_or([[0.0; 2]; 3]);
+            axis.map(|[middle, half]| (middle.abs(), half))
         });
-        // Bounds from above: what bends an axis may make up for what speeds it up.
+        // Bounds from above, anywhere: where an axis moves along least, and what bends it may make up for what speeds it up.
         let (mut a, mut j) = (f32::MAX, rates.most);
-        for (&[(q1, r1), (q2, _), _], &a_max) in axes.iter().zip(&rates.a) {
-            a = smaller(a, (a_max + q2 * square) / (q1 + r1));
+        for (&[(q1, r1), (q2, r2), _], &a_max) in axes.iter().zip(&rates.a) {
+            if q1 > r1 {
+                a = smaller(a, (a_max + (q2 + r2) * square) / (q1 - r1));
+            }
         }
         let cross = 3.0 * v * a;
-        for (&[(q1, r1), (q2, _), (q3, _)], &j_max) in axes.iter().zip(&rates.j) {
-            j = smaller(j, (j_max + q2 * cross + q3 * cube) / (q1 + r1));
+        for (&[(q1, r1), (q2, r2), (q3, r3)], &j_max) in axes.iter().zip(&rates.j) {
+            if q1 > r1 {
+                j = smaller(
+                    j,
+                    (j_max + (q2 + r2) * cross + (q3 + r3) * cube) / (q1 - r1),
+                );
+            }
         }
-        let mut left = self;
-        for (i, axis) in axes.iter().enumerate() {
-            let [q1, q2, q3] = axis.map(|(middle, half)| middle + half);
+        self.without(rates, whole, |i| {
+            let [q1, q2, q3] = axes[i].map(|(middle, half)| middle + half);
             let mut most = [q1 * a + q2 * square, q1 * j + q2 * cross + q3 * cube];
             for (taken, over) in joints {
                 let [step1, step2] = taken.of_axis(i).map(f32::abs);
@@ -220,14 +232,8 @@ impl CurveLimits {
                 most[0] += step1 * over * rates.hz;
                 most[1] += (turned + SAMPLED_STEP * step2 * over * over) * rates.jerk_hz;
             }
-            if most[0] <= IDLE * rates.a[i] && most[1] <= IDLE * rates.j[i] {
-                for spans in &mut left.ranges {
-                    spans[i] = Span::ZERO;
-                }
-            }
-        }
-        left.bound = Bound::new(&left.ranges, rates);
-        left
+            most[0] <= IDLE * rates.a[i] && most[1] <= IDLE * rates.j[i]
+        })
     }
 }
 
@@ -243,7 +249,6 @@ pub fn joint(
     config: &Config,
     before: &PathDerivatives,
     after: &PathDerivatives,
-    third: &AxisVec,
     v: f32,
     rates: &Rates,
     soft: bool,
@@ -267,9 +272,8 @@ pub fn joint(
         // Path acceleration changes its direction with the tangent, too. A kink that turns the largest acceleration into
         // more than the share leaves nothing for passing at speed.
         let turned = step1 * axis.a_max * hz;
-        let third = WIDER * third[a];
         let room = JOINT_SHARE * axis_jerk(config, a, soft) - turned;
-        let taken = |v: f32| v * (step1 * hz * hz + v * (step2 * hz + v * third));
+        let taken = |v: f32| v * hz * (step1 * hz + v * step2);
         if step1 + step2 <= 0.0 || taken(allowed) <= room {
             continue;
         }
@@ -315,6 +319,7 @@ mod tests {
     use super::*;
     use crate::config::tests::test_config;
     use crate::geometry::arc::PathShape;
+    use crate::units::AxisVec;
     use proptest::prelude::*;
 
     /// Numbers of either sign over four decades up to `most`.
@@ -341,15 +346,14 @@ mod tests {
         })
     }
 
-    fn wider(from: &AxisVec, by: f32) -> [AxisVec; 2] {
-        [-by, by].map(|by| from.map(|x| x + by * x.abs()))
-    }
-
     proptest! {
         #[test]
         fn no_verdict_depends_on_bounds_or_on_forgotten_axes(
             (inside, before, after) in (derivatives(), derivatives(), derivatives()),
+            fourth in axes(1000.0),
             by in 0.0_f32..0.3,
+            length in 0.01_f32..1.0,
+            lefts in prop::array::uniform2(-0.1_f32..1.1),
             top in 0.1_f32..100.0,
             shares in prop::array::uniform4(0.0_f32..1.0),
             (a, j) in (-1.5_f32..1.5, -1.5_f32..1.5),
@@ -358,16 +362,17 @@ mod tests {
         ) {
             let config = test_config();
             let rates = Rates::new(&config, soft);
-            let [first, second, third] = [&inside.first, &inside.second, &inside.third]
-                .map(|derivative| wider(derivative, by));
-            let side = |k: usize| PathDerivatives {
-                first: first[k],
-                second: second[k],
-                third: third[k],
+            let size = |x: &AxisVec| x.map(|x| by * x.abs());
+            let off = PathDerivatives {
+                first: size(&inside.first),
+                second: size(&inside.second),
+                third: size(&inside.third),
             };
             let shape = PathShape {
-                low: side(0),
-                high: side(1),
+                middle: inside,
+                fourth,
+                off,
+                most: off,
                 start: inside,
                 end: inside,
                 rotary_only: false,
@@ -379,24 +384,26 @@ mod tests {
             };
             let taken = Taken::new(&before, &bent, &rates, |_| false);
             let over = shares[0] * top;
-            let exact = CurveLimits::new(&shape, top);
-            let quick = exact.without_idle(&rates, top, [(&taken, over), (&Taken::NONE, top)]);
+            let exact = CurveLimits::new(&shape, length, top);
+            let joints = [(&taken, over), (&Taken::NONE, top)];
+            let quick = exact.without_idle(&rates, length, top, joints);
+            let part = Part::between(length, lefts.map(|left| left * length));
             let v = shares[1] * top;
-            let most = exact.acceleration(&rates, v);
+            let most = exact.acceleration(&rates, part, v);
             let a = a * if a > 0.0 { most.up } else { most.down };
-            let most = exact.jerk(&rates, v, a);
+            let most = exact.jerk(&rates, part, v, a);
             let j = j * if j > 0.0 { most.up } else { most.down };
             let demand = Demand::new([v, a, j]);
             let share = Share { a: 1.0, j: 1.0 };
             prop_assert_eq!(
-                exact.keeps(&rates, &demand, share),
-                quick.keeps(&rates, &demand, share)
+                exact.keeps(&rates, || part, &demand, share),
+                quick.keeps(&rates, || part, &demand, share)
             );
             for taken in [&taken, &Taken::NONE] {
                 let passed = [shares[2] * over, 1.0];
                 prop_assert_eq!(
-                    exact.keeps_beside(&rates, &demand, share, taken, passed),
-                    quick.keeps_beside(&rates, &demand, share, taken, passed)
+                    exact.keeps_beside(&rates, || part, &demand, share, taken, passed),
+                    quick.keeps_beside(&rates, || part, &demand, share, taken, passed)
                 );
             }
         }

@@ -103,12 +103,11 @@ impl Joints {
         let rates = &rates[usize::from(!soft)];
         let (ends, starts) = (&before.shape.end, &after.shape.start);
         let slower = |percent| before.velocity(percent).min(after.velocity(percent));
-        let third = before.shape.steepest_third(&after.shape);
         let (v, most) = (slower(100), slower(FEED_MAX));
-        let programmed = joint(config, ends, starts, &third, v, rates, soft);
+        let programmed = joint(config, ends, starts, v, rates, soft);
         let mut raised = programmed;
         if most > v && programmed.v > 0.0 {
-            let faster = joint(config, ends, starts, &third, most, rates, soft);
+            let faster = joint(config, ends, starts, most, rates, soft);
             // Whether the path rests there does not depend on the override.
             if faster.v > 0.0 {
                 raised = faster;
@@ -191,7 +190,8 @@ impl<'a> Planner<'a> {
     /// Segments it can take.
     #[must_use]
     pub fn room(&self) -> usize {
-        (self.segments.capacity() - self.segments.len()).min(nodes::NODES - 1 - self.nodes.len())
+        let nodes = (nodes::NODES - 1).saturating_sub(self.nodes.len());
+        (self.segments.capacity() - self.segments.len()).min(nodes)
     }
 
     /// End of the newest segment taken, if there was one since the last [`Self::clear`].
@@ -246,11 +246,13 @@ impl<'a> Planner<'a> {
         let entry = (&before.exit_taken, before.exit_v.max(before.other_v));
         let exit = (&joints.raised.taken, joints.raised.v);
         let rates = &self.rates[usize::from(!order.soft)];
+        let length = length_of(*length_q);
         let mut node = Node {
             length_q: *length_q,
-            length: length_of(*length_q),
-            limits: CurveLimits::new(shape, segment.velocity(100)).without_idle(
+            length,
+            limits: CurveLimits::new(shape, length, segment.velocity(100)).without_idle(
                 rates,
+                length,
                 segment.velocity(FEED_MAX),
                 [entry, exit],
             ),
@@ -544,7 +546,7 @@ fn programmed(config: &Config, shape: &PathShape, feed: f32) -> f32 {
     }
     let mut v = f32::MAX;
     for (i, axis) in config.axes.iter().enumerate() {
-        let slope = shape.high.first[i].max(-shape.low.first[i]);
+        let slope = shape.most.first[i];
         if slope > 0.0 {
             v = v.min(axis.v_max / slope);
         }

@@ -38,6 +38,12 @@ impl Span {
         Self(middle.to_bits() | half)
     }
 
+    /// A span that contains what is up to `off` from `middle`.
+    #[must_use]
+    pub fn about(middle: f32, off: f32) -> Self {
+        Self::new(middle - off, middle + off)
+    }
+
     /// Whether all of them are nothing but zero.
     #[inline]
     #[must_use]
@@ -53,21 +59,6 @@ impl Span {
             f32::from_bits(self.0 & MIDDLE),
             f32::from_bits((self.0 & !MIDDLE) << SHIFT),
         ]
-    }
-
-    /// The largest size of any of them.
-    #[must_use]
-    pub fn most(self) -> f32 {
-        let [middle, half] = self.parts();
-        middle.abs() + half
-    }
-
-    /// Least and largest value.
-    #[inline]
-    #[must_use]
-    pub fn ends(self) -> [f32; 2] {
-        let [middle, half] = self.parts();
-        [middle - half, middle + half]
     }
 }
 
