@@ -68,7 +68,7 @@ impl View<'_> {
         let node = self.nodes.get(at.node);
         let demand = Demand::new([at.v, at.a, 0.0]);
         let within = at.v <= node.limits.v * SLACK
-            && self.keeps(node, &demand, Share { a: SLACK, j: SLACK });
+            && self.keeps(node, self.ahead(at), &demand, Share { a: SLACK, j: SLACK });
         within
             .then(|| self.refuge(at, &mut Hints::default()))
             .flatten()
@@ -81,7 +81,7 @@ impl View<'_> {
         let mut left = at.left;
         let mut index = at.node;
         while index < self.last {
-            let PathLimits { a, j } = self.at(index, at.v);
+            let PathLimits { a, j } = self.at(index, self.whole(index), at.v);
             if !(a > 0.0) || left > 1.2 * brake(at.v, at.a, v.min(at.v), Grip::even(a, j)).distance
             {
                 break;

@@ -5,7 +5,7 @@
 //! has them in integers; many of these predictions are made for each piece that is planned.
 
 use super::joint::Taken;
-use super::limits::{Demand, Share, BUILDS_UP};
+use super::limits::{Demand, Part, Share, BUILDS_UP};
 use super::nodes::Node;
 use super::profile::View;
 use crate::units::{larger, smaller};
@@ -208,17 +208,20 @@ impl View<'_> {
         let in_ticks = h * self.hz > 0.5;
         for (&jerk, &ticks) in course.jerk.iter().zip(&course.ticks) {
             let demand = |at: &Motion| Demand::new([self.seen(at), at.a, jerk]);
-            // In a tick that sees the joint that takes `taken`.
-            let passes = |node: &Node, taken: &Taken, demand: &Demand, at: &Motion| {
-                self.keeps_beside(node, taken, demand, all, [at.v, tolerance.taken])
+            // In a tick that sees the joint that takes `taken`, from `open` on.
+            let passes = |node: &Node, open: f32, taken: &Taken, demand: &Demand, at: &Motion| {
+                let part = Part::between(node.length, [open, at.left]);
+                self.keeps_beside(node, part, taken, demand, all, [at.v, tolerance.taken])
             };
+            // What is left of the node where this jerk has not been looked at yet.
+            let mut open = at.left;
             // The second difference of the tick behind a joint sees it, too.
             let later = |at: &Motion| Motion {
                 a: at.a + jerk * h,
                 ..*at
             };
             if ticks > 0
-                && !(self.keeps(here, &demand(&at), all)
+                && !(self.keeps(here, Part::between(here.length, [open, open]), &demand(&at), all)
                     && self.beside(here, &at, jerk, last, tolerance))
             {
                 return Err(Breach::Change);
@@ -269,15 +272,26 @@ impl View<'_> {
                 let near = n > 1 && here.brisk && in_ticks;
                 let inside = near || remaining == 0;
                 let there = demand(&next);
-                if (over && !passes(here, &here.exit_taken, &there, &next))
-                    || (!over && inside && !self.keeps(here, &there, all))
-                {
+                if over && !passes(here, open, &here.exit_taken, &there, &next) {
                     return Err(Breach::Change);
                 }
-                if n as f32 * h * self.hz > LONG[usize::from(here.brisk)] {
-                    let middle = at.after(jerk, (n / 2) as f32, h);
-                    if !self.keeps(here, &demand(&middle), all) {
-                        return Err(Breach::Change);
+                if !over {
+                    let share = (at.left - larger(next.left, 0.0)) / here.length;
+                    let mut points = 1 + (share * crate::knob(1, 4.0)) as u32;
+                    if n as f32 * h * self.hz > LONG[usize::from(here.brisk)] {
+                        points = points.max(2);
+                    }
+                    points = points.min(n);
+                    let mut from = at.left;
+                    for k in 1..points + u32::from(inside) {
+                        let point = if k == points { next } else { at.after(jerk, (n * k / points) as f32, h) };
+                        let to = if k == points { next.left } else { larger(next.left, point.left - 0.5 * (from - point.left)) };
+                        let part = Part::between(here.length, [open, to]);
+                        if !self.keeps(here, part, &demand(&point), all) {
+                            return Err(Breach::Change);
+                        }
+                        open = to;
+                        from = point.left;
                     }
                 }
                 while next.node < last && next.left < 0.0 {
@@ -285,6 +299,7 @@ impl View<'_> {
                     next.node += 1;
                     here = self.nodes.get(next.node);
                     next.left += here.length;
+                    open = here.length;
                     if before.stop
                         || v > smaller(before.exit_v, here.limits.v) * tolerance.v + rounded
                     {
@@ -292,11 +307,12 @@ impl View<'_> {
                     }
                     let taken = &before.exit_taken;
                     let ends = remaining == 0 || !in_ticks || (taken.is_none() && !here.brisk);
-                    if !(passes(here, taken, &there, &next)
-                        && (ends || passes(here, taken, &demand(&later(&next)), &next)))
+                    if !(passes(here, open, taken, &there, &next)
+                        && (ends || passes(here, open, taken, &demand(&later(&next)), &next)))
                     {
                         return Err(Breach::Change);
                     }
+                    open = smaller(open, next.left);
                 }
                 at = next;
             }
@@ -338,11 +354,13 @@ impl View<'_> {
     ) -> bool {
         let near = AROUND[usize::from(here.brisk)] * at.v / self.hz;
         let both = |before: &Node, after: &Node| {
-            [before, after].into_iter().all(|node| {
+            let parts = [[near, 0.0], [after.length, after.length - near]];
+            [before, after].into_iter().zip(parts).all(|(node, part)| {
                 let v = smaller(self.seen(at), node.limits.v);
                 let demand = Demand::new([v, at.a, jerk]);
                 let passed = [at.v, tolerance.taken];
-                self.keeps_beside(node, &before.exit_taken, &demand, tolerance.all(), passed)
+                let part = Part::between(node.length, part);
+                self.keeps_beside(node, part, &before.exit_taken, &demand, tolerance.all(), passed)
             })
         };
         if at.node > 0 && here.length - at.left < near {

@@ -47,12 +47,13 @@ impl View<'_> {
     /// A stretch from `at` on, at `share` of the range of accelerations, and the motion at its end, or what it breaks.
     fn stretch(&self, at: &Motion, share: f32) -> Result<(Stretch, Motion), Breach> {
         let per_tick = at.v / self.hz;
-        let [mut low, mut high] = self.accelerations(at.node, at.v);
+        let here = self.ahead(at);
+        let [mut low, mut high] = self.accelerations(at.node, here, at.v);
         let (mut index, mut left) = (at.node, at.left);
         let mut ticks = left / per_tick - BEFORE;
         while ticks < TICKS[0] - BEFORE && !self.nodes.get(index).stop && index + 1 < self.end {
             index += 1;
-            let next = self.accelerations(index, at.v);
+            let next = self.accelerations(index, self.whole(index), at.v);
             (low, high) = (larger(low, next[0]), smaller(high, next[1]));
             left += self.nodes.get(index).length;
             ticks = left / per_tick - BEFORE;
@@ -62,7 +63,7 @@ impl View<'_> {
         }
         let middle = 0.5 * (low + high);
         let a = middle + share * (low - middle);
-        let jerks = self.jerk(at.node, at.v, at.a);
+        let jerks = self.jerk(at.node, here, at.v, at.a);
         let jerk = if a < at.a { jerks.down } else { jerks.up };
         let build = larger(1.0, libm::ceilf((a - at.a).abs() / (0.98 * jerk) * self.hz));
         if !(build <= TICKS[1]) {

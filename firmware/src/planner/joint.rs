@@ -3,8 +3,8 @@
 //! In: the derivatives of the axes on both sides. Out: a [`Joint`], and with it whether motion beside it keeps the limits of the
 //! axes ([`CurveLimits`]).
 
-use super::limits::{axis_jerk, share_of, Bound, CurveLimits, Demand, Rates, Share, WIDER};
-use super::span::{halves, of_halves, Span};
+use super::limits::{axis_jerk, share_of, CurveLimits, Demand, Part, Rates, Share, WIDER};
+use super::span::{halves, of_halves};
 use crate::config::Config;
 use crate::geometry::arc::PathDerivatives;
 use crate::units::{larger, smaller, AxisVec, AXES};
@@ -122,13 +122,14 @@ impl CurveLimits {
     pub fn keeps_beside(
         &self,
         rates: &Rates,
+        part: Part,
         demand: &Demand,
         share: Share,
         taken: &Taken,
         [over, weight]: [f32; 2],
     ) -> bool {
         if taken.is_none() {
-            return self.keeps(rates, demand, share);
+            return self.keeps(rates, part, demand, share);
         }
         // A step in q' adds what it turns, in one tick or two; a step in q'' up to its share of what it bends.
         let [weighed, kinked] = [rates.jerk_hz * weight, over * rates.hz];
@@ -142,13 +143,14 @@ impl CurveLimits {
         let a = a + 2.0 * passing.kinked * kink;
         let j = j + passing.turned * rates.a_per_j * kink + 2.0 * passing.bent * bend;
         (a <= share.a && j <= share.j)
-            || self.keeps_beside_exactly(rates, demand, share, taken, &passing)
+            || self.keeps_beside_exactly(rates, part, demand, share, taken, &passing)
     }
 
     #[inline(never)]
     fn keeps_beside_exactly(
         &self,
         rates: &Rates,
+        part: Part,
         demand: &Demand,
         share: Share,
         taken: &Taken,
@@ -160,12 +162,11 @@ impl CurveLimits {
             kinked,
         } = *passing;
         for i in 0..AXES {
-            let spans = self.of_axis(i);
-            if Span::are_zero(spans) {
+            let Some(axis) = self.of_axis(i, part) else {
                 continue;
-            }
+            };
             let (a_max, j_max) = (rates.a[i], rates.j[i]);
-            let [inside, off] = demand.of_axis(spans);
+            let [inside, off] = demand.of_axis(axis);
             let mut most = inside.map(f32::abs);
             if !taken.spares(i) {
                 let [step1, step2] = taken.of_axis(i);
@@ -193,13 +194,18 @@ impl CurveLimits {
     /// Forgets the axes that never limit anything: with whatever the others allow at up to velocity `v`, and with what passing the
     /// joints at both ends takes at their velocities, they keep their limits by far. Limits are looked at much more often than set.
     #[must_use]
-    pub fn without_idle(self, rates: &Rates, v: f32, joints: [(&Taken, f32); 2]) -> Self {
+    pub fn without_idle(
+        self,
+        rates: &Rates,
+        length: f32,
+        v: f32,
+        joints: [(&Taken, f32); 2],
+    ) -> Self {
         let (square, cube) = (v * v, v * v * v);
+        let whole = Part::whole(length);
         let axes: [_; AXES] = core::array::from_fn(|i| {
-            self.of_axis(i).map(|span| {
-                let [middle, half] = span.parts();
-                (middle.abs(), half)
-            })
+            let axis = self.of_axis(i, whole).unwrap_or([[0.0; 2]; 3]);
+            axis.map(|[middle, half]| (middle.abs(), half))
         });
         // Bounds from above: what bends an axis may make up for what speeds it up.
         let (mut a, mut j) = (f32::MAX, rates.most);
@@ -210,9 +216,8 @@ impl CurveLimits {
         for (&[(q1, r1), (q2, _), (q3, _)], &j_max) in axes.iter().zip(&rates.j) {
             j = smaller(j, (j_max + q2 * cross + q3 * cube) / (q1 + r1));
         }
-        let mut left = self;
-        for (i, axis) in axes.iter().enumerate() {
-            let [q1, q2, q3] = axis.map(|(middle, half)| middle + half);
+        self.without(rates, whole, |i| {
+            let [q1, q2, q3] = axes[i].map(|(middle, half)| middle + half);
             let mut most = [q1 * a + q2 * square, q1 * j + q2 * cross + q3 * cube];
             for (taken, over) in joints {
                 let [step1, step2] = taken.of_axis(i).map(f32::abs);
@@ -220,14 +225,8 @@ impl CurveLimits {
                 most[0] += step1 * over * rates.hz;
                 most[1] += (turned + SAMPLED_STEP * step2 * over * over) * rates.jerk_hz;
             }
-            if most[0] <= IDLE * rates.a[i] && most[1] <= IDLE * rates.j[i] {
-                for spans in &mut left.ranges {
-                    spans[i] = Span::ZERO;
-                }
-            }
-        }
-        left.bound = Bound::new(&left.ranges, rates);
-        left
+            most[0] <= IDLE * rates.a[i] && most[1] <= IDLE * rates.j[i]
+        })
     }
 }
 

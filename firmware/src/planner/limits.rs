@@ -6,7 +6,7 @@
 
 use super::span::{halves, of_halves, Span};
 use crate::config::{AxisConfig, Config};
-use crate::geometry::arc::PathShape;
+use crate::geometry::arc::{PathDerivatives, PathShape};
 use crate::interpolator::T_FRAC;
 use crate::units::{larger, smaller, sqrt, AxisVec, AXES};
 
@@ -144,16 +144,49 @@ impl Range {
     }
 }
 
+/// A part of a segment.
+#[derive(Clone, Copy, Debug)]
+pub struct Part {
+    /// Distance of its middle from that of the segment, path units.
+    middle: f32,
+    /// Half of its length, path units.
+    half: f32,
+}
+
+impl Part {
+    /// All of a segment of `length`.
+    #[must_use]
+    pub fn whole(length: f32) -> Self {
+        Self {
+            middle: 0.0,
+            half: 0.5 * length,
+        }
+    }
+
+    /// From where there is so much of a segment of `length` left to where there is no more than that.
+    #[must_use]
+    pub fn between(length: f32, [from, to]: [f32; 2]) -> Self {
+        let [from, to] = [from, to].map(|left| larger(0.0, smaller(left, length)));
+        Self {
+            middle: 0.5 * (length - from - to),
+            half: 0.5 * (from - to).abs(),
+        }
+    }
+}
+
 /// Limits on path motion within one segment: mm (or degree), s.
 ///
-/// Derivatives of the axes are ranges with their signs: which way an axis is bent decides whether braking or speeding
-/// up is limited. They are a little wider than the segment's own ([`Span`]): there are many of these.
+/// Derivatives of the axes have their signs: which way an axis is bent decides whether braking or speeding
+/// up is limited. Each goes along a line whose slope is the next one, and lies within a range about it. Ranges are a little wider than
+/// the segment's own ([`Span`]): there are many of these.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CurveLimits {
     /// Largest velocity.
     pub v: f32,
-    /// q', q'' and q''' of the axes.
-    pub(super) ranges: [[Span; AXES]; 3],
+    /// q', q'' and q''' of the axes in the middle.
+    lines: [[Span; AXES]; 3],
+    /// q'''' of the axes, two in a word.
+    fourth: [u32; AXES.div_ceil(2)],
     /// What they take at most.
     pub(super) bound: Bound,
 }
@@ -185,10 +218,10 @@ impl Demand {
         }
     }
 
-    /// Acceleration and jerk that this takes of an axis whose q', q'' and q''' are in `spans`: with the middle of each, and how
-    /// far off that it may be.
+    /// Acceleration and jerk that this takes of an axis with these q', q'' and q''', each as its middle and half width: with the
+    /// middles, and how far off that it may be.
     #[inline(always)]
-    pub(super) fn of_axis(&self, spans: [Span; 3]) -> [[f32; 2]; 2] {
+    pub(super) fn of_axis(&self, derivatives: [[f32; 2]; 3]) -> [[f32; 2]; 2] {
         let Self {
             a,
             j,
@@ -197,7 +230,7 @@ impl Demand {
             cube,
         } = *self;
         let wide = self.sizes();
-        let [[q1, r1], [q2, r2], [q3, r3]] = spans.map(Span::parts);
+        let [[q1, r1], [q2, r2], [q3, r3]] = derivatives;
         [
             [q1 * a + q2 * square, q1 * j + q2 * cross + q3 * cube],
             [
@@ -225,8 +258,8 @@ impl Bound {
     /// It may be anything.
     const UNKNOWN: Self = Self([f32::INFINITY.to_bits(); 2]);
 
-    pub(super) fn new(ranges: &[[Span; AXES]; 3], rates: &Rates) -> Self {
-        let [first, second, third] = ranges.map(|spans| spans.map(Span::most));
+    /// Of axes with these largest sizes of q', q'' and q'''.
+    pub(super) fn new([first, second, third]: [AxisVec; 3], rates: &Rates) -> Self {
         Self([
             halves(share_of(&first, &rates.a), share_of(&second, &rates.a)),
             share_of(&third, &rates.j).to_bits(),
@@ -250,31 +283,42 @@ impl CurveLimits {
     /// Nothing may move.
     pub const NONE: Self = Self {
         v: 0.0,
-        ranges: [[Span::ZERO; AXES]; 3],
+        lines: [[Span::ZERO; AXES]; 3],
+        fourth: [0; AXES.div_ceil(2)],
         bound: Bound::NONE,
     };
 
-    /// q', q'' and q''' of axis `i`.
-    #[inline]
-    pub(super) fn of_axis(&self, i: usize) -> [Span; 3] {
-        let [first, second, third] = &self.ranges;
-        [first[i], second[i], third[i]]
+    /// q', q'' and q''' of axis `i` over `part`, each as its middle and half width; `None` where they are nothing.
+    #[inline(always)]
+    pub(super) fn of_axis(&self, i: usize, part: Part) -> Option<[[f32; 2]; 3]> {
+        let [first, second, third] = &self.lines;
+        let lines = [first[i], second[i], third[i]];
+        if Span::are_zero(lines) {
+            return None;
+        }
+        let [[q1, r1], [q2, r2], [q3, r3]] = lines.map(Span::parts);
+        let q4 = of_halves(self.fourth[i / 2])[i % 2];
+        let Part { middle: y, half } = part;
+        Some([
+            [q1 + q2 * y, r1 + q2.abs() * half],
+            [q2 + q3 * y, r2 + q3.abs() * half],
+            [q3 + q4 * y, r3 + q4.abs() * half],
+        ])
     }
 
     /// Accelerations allowed at velocity `v`: `|q' a + q'' v^2|` within the acceleration of every axis, and
     /// `|3 q'' v a + q''' v^3|` within what jerk leaves, so that it can be changed again.
     #[must_use]
-    pub fn acceleration(&self, rates: &Rates, v: f32) -> Range {
+    pub fn acceleration(&self, rates: &Rates, part: Part, v: f32) -> Range {
         let v = smaller(v, self.v);
         let (square, thrice) = (v * v, 3.0 * v);
         let cube = square * v;
         let mut range = Range::within(f32::MAX);
         for i in 0..AXES {
-            let spans = self.of_axis(i);
-            if Span::are_zero(spans) {
+            let Some(axis) = self.of_axis(i, part) else {
                 continue;
-            }
-            let [first, second, third] = spans.map(Span::ends);
+            };
+            let [first, second, third] = axis.map(ends);
             let below = larger(0.0, rates.a[i] + square * second[0]);
             let above = larger(0.0, rates.a[i] - square * second[1]);
             range.keep(first, below, above);
@@ -289,11 +333,14 @@ impl CurveLimits {
     /// Least and largest acceleration with which `|q' a + q'' v^2|` stays within the acceleration of every axis at velocity `v`.
     /// Both may be of one sign; there is none where the first is the larger.
     #[must_use]
-    pub fn accelerations(&self, rates: &Rates, v: f32) -> [f32; 2] {
+    pub fn accelerations(&self, rates: &Rates, part: Part, v: f32) -> [f32; 2] {
         let square = v * v;
         let mut range = [f32::MIN, f32::MAX];
         for i in 0..AXES {
-            let [first, second, _] = self.of_axis(i).map(Span::ends);
+            let Some(axis) = self.of_axis(i, part) else {
+                continue;
+            };
+            let [first, second, _] = axis.map(ends);
             // What q' a may be.
             let least = -rates.a[i] - square * second[0];
             let most = rates.a[i] - square * second[1];
@@ -316,16 +363,15 @@ impl CurveLimits {
     /// Jerks allowed at velocity `v` and acceleration `a`: `|q' j + 3 q'' v a + q''' v^3|` within the jerk of every
     /// axis.
     #[must_use]
-    pub fn jerk(&self, rates: &Rates, v: f32, a: f32) -> Range {
+    pub fn jerk(&self, rates: &Rates, part: Part, v: f32, a: f32) -> Range {
         let v = smaller(v, self.v);
         let (cross, cube) = (3.0 * v * a, v * v * v);
         let mut range = Range::within(rates.most);
         for i in 0..AXES {
-            let spans = self.of_axis(i);
-            if Span::are_zero(spans) {
+            let Some(axis) = self.of_axis(i, part) else {
                 continue;
-            }
-            let [first, second, third] = spans.map(Span::ends);
+            };
+            let [first, second, third] = axis.map(ends);
             let (x, y) = (cross * second[0], cross * second[1]);
             let rate = rates.j[i];
             let floor = LEAST_JERK * rates.j[i];
@@ -339,19 +385,18 @@ impl CurveLimits {
     /// Whether every axis stays within `share` of its acceleration and jerk where the path asks for `demand` (formulae above).
     #[inline]
     #[must_use]
-    pub fn keeps(&self, rates: &Rates, demand: &Demand, share: Share) -> bool {
+    pub fn keeps(&self, rates: &Rates, part: Part, demand: &Demand, share: Share) -> bool {
         let [a, j] = self.bound.shares(rates, demand);
-        (a <= share.a && j <= share.j) || self.keeps_exactly(rates, demand, share)
+        (a <= share.a && j <= share.j) || self.keeps_exactly(rates, part, demand, share)
     }
 
     #[inline(never)]
-    fn keeps_exactly(&self, rates: &Rates, demand: &Demand, share: Share) -> bool {
+    fn keeps_exactly(&self, rates: &Rates, part: Part, demand: &Demand, share: Share) -> bool {
         for i in 0..AXES {
-            let spans = self.of_axis(i);
-            if Span::are_zero(spans) {
+            let Some(axis) = self.of_axis(i, part) else {
                 continue;
-            }
-            let [middle, off] = demand.of_axis(spans);
+            };
+            let [middle, off] = demand.of_axis(axis);
             let [acceleration, jerk] = [middle[0].abs() + off[0], middle[1].abs() + off[1]];
             if !(acceleration <= share.a * rates.a[i] && jerk <= share.j * rates.j[i]) {
                 return false;
@@ -362,10 +407,10 @@ impl CurveLimits {
 
     /// Limits that hold at `v`, whichever way the motion is changed.
     #[must_use]
-    pub fn at(&self, rates: &Rates, v: f32) -> PathLimits {
-        let Range { down, up } = self.acceleration(rates, v);
+    pub fn at(&self, rates: &Rates, part: Part, v: f32) -> PathLimits {
+        let Range { down, up } = self.acceleration(rates, part, v);
         let a = smaller(down, up);
-        let [x, y] = [a, -a].map(|a| self.jerk(rates, v, a));
+        let [x, y] = [a, -a].map(|a| self.jerk(rates, part, v, a));
         PathLimits {
             a,
             j: smaller(smaller(x.down, x.up), smaller(y.down, y.up)),
@@ -374,31 +419,80 @@ impl CurveLimits {
 
     /// Jerk allowed at standstill, either sign.
     #[must_use]
-    pub fn still_jerk(&self, rates: &Rates) -> f32 {
+    pub fn still_jerk(&self, rates: &Rates, part: Part) -> f32 {
         let mut range = Range::within(rates.most);
-        for (first, &j) in self.ranges[0].iter().zip(&rates.j) {
-            range.keep(first.ends(), j, j);
+        for (i, &j) in rates.j.iter().enumerate() {
+            if let Some([first, ..]) = self.of_axis(i, part) {
+                range.keep(ends(first), j, j);
+            }
         }
         range.up
     }
 
-    /// Inside a segment whose largest velocity is `v`.
+    /// Inside a segment of `length` whose largest velocity is `v`.
     #[must_use]
-    pub fn new(shape: &PathShape, v: f32) -> Self {
-        let PathShape { low, high, .. } = shape;
-        let span = |low: &AxisVec, high: &AxisVec| -> [Span; AXES] {
-            core::array::from_fn(|i| Span::new(low[i], high[i]))
-        };
+    pub fn new(shape: &PathShape, length: f32, v: f32) -> Self {
+        let PathShape {
+            middle,
+            fourth,
+            off,
+            ..
+        } = shape;
+        let half = 0.5 * length;
+        let fourths = core::array::from_fn(|k| {
+            let of = |i: usize| fourth.get(i).copied().unwrap_or(0.0);
+            halves(of(2 * k), of(2 * k + 1))
+        });
+        let mut lines = [[Span::ZERO; AXES]; 3];
+        for i in 0..AXES {
+            // What rounding the slope of a line puts its ends off by.
+            let kept = of_halves(fourths[i / 2])[i % 2];
+            let mut cut = (fourth[i] - kept).abs();
+            let derivatives = [
+                (middle.first[i], off.first[i]),
+                (middle.second[i], off.second[i]),
+                (middle.third[i], off.third[i]),
+            ];
+            for (line, (middle, off)) in lines.iter_mut().zip(derivatives).rev() {
+                line[i] = Span::about(middle, off + cut * half);
+                cut = (middle - line[i].parts()[0]).abs();
+            }
+        }
         Self {
             v,
-            ranges: [
-                span(&low.first, &high.first),
-                span(&low.second, &high.second),
-                span(&low.third, &high.third),
-            ],
+            lines,
+            fourth: fourths,
             bound: Bound::UNKNOWN,
         }
     }
+
+    /// The same with bounds, and without the axes for which `idle` says so.
+    pub(super) fn without(
+        mut self,
+        rates: &Rates,
+        whole: Part,
+        idle: impl Fn(usize) -> bool,
+    ) -> Self {
+        let mut most = [[0.0; AXES]; 3];
+        for i in 0..AXES {
+            if idle(i) {
+                for lines in &mut self.lines {
+                    lines[i] = Span::ZERO;
+                }
+            } else if let Some(axis) = self.of_axis(i, whole) {
+                for (most, [middle, half]) in most.iter_mut().zip(axis) {
+                    most[i] = middle.abs() + half;
+                }
+            }
+        }
+        self.bound = Bound::new(most, rates);
+        self
+    }
+}
+
+/// Least and largest value.
+fn ends([middle, half]: [f32; 2]) -> [f32; 2] {
+    [middle - half, middle + half]
 }
 
 /// What rounding of commanded positions may add to a third difference of them, units of 2^-32 step: each is off by half a
@@ -423,12 +517,11 @@ pub(super) fn axis_jerk(config: &Config, axis: usize, soft: bool) -> f32 {
 /// Largest velocity inside a segment of `length` path units.
 #[must_use]
 pub fn velocity_limit(config: &Config, shape: &PathShape, length: f32, soft: bool) -> f32 {
-    let most = |low: &AxisVec, high: &AxisVec| -> AxisVec {
-        core::array::from_fn(|i| larger(high[i], -low[i]))
-    };
-    let first = most(&shape.low.first, &shape.high.first);
-    let second = most(&shape.low.second, &shape.high.second);
-    let third = most(&shape.low.third, &shape.high.third);
+    let PathDerivatives {
+        first,
+        second,
+        third,
+    } = shape.most;
     // No more than one joint per tick: what the interrupt does in a tick stays bounded, and so does what joints add up to.
     let mut v = length * config.servo_hz as f32;
     for a in 0..AXES {

@@ -246,11 +246,13 @@ impl<'a> Planner<'a> {
         let entry = (&before.exit_taken, before.exit_v.max(before.other_v));
         let exit = (&joints.raised.taken, joints.raised.v);
         let rates = &self.rates[usize::from(!order.soft)];
+        let length = length_of(*length_q);
         let mut node = Node {
             length_q: *length_q,
-            length: length_of(*length_q),
-            limits: CurveLimits::new(shape, segment.velocity(100)).without_idle(
+            length,
+            limits: CurveLimits::new(shape, length, segment.velocity(100)).without_idle(
                 rates,
+                length,
                 segment.velocity(FEED_MAX),
                 [entry, exit],
             ),
@@ -544,7 +546,7 @@ fn programmed(config: &Config, shape: &PathShape, feed: f32) -> f32 {
     }
     let mut v = f32::MAX;
     for (i, axis) in config.axes.iter().enumerate() {
-        let slope = shape.high.first[i].max(-shape.low.first[i]);
+        let slope = shape.most.first[i];
         if slope > 0.0 {
             v = v.min(axis.v_max / slope);
         }

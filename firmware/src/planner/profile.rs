@@ -9,7 +9,7 @@
 use super::brake::{brake, dash, hop, land, slow, Phases};
 use super::course::{Course, Motion, DASHING, PREDICTING, TAKING};
 use super::joint::Taken;
-use super::limits::{Demand, PathLimits, Range, Rates, Share};
+use super::limits::{Demand, Part, PathLimits, Range, Rates, Share};
 use super::nodes::{Node, Nodes};
 use super::refuge::{Hints, Way};
 use crate::interpolator::{widen, PathState, T_FRAC};
@@ -146,28 +146,29 @@ impl View<'_> {
         &EFFORTS[usize::from(self.nodes.get(index).brisk)]
     }
 
-    /// Accelerations allowed in node `index` at velocity `v`.
-    pub(super) fn acceleration(&self, index: usize, v: f32) -> Range {
+    /// Accelerations allowed in node `index` over `part` at velocity `v`.
+    pub(super) fn acceleration(&self, index: usize, part: Part, v: f32) -> Range {
         let limits = &self.nodes.get(index).limits;
-        limits.acceleration(self.rates(index), v)
+        limits.acceleration(self.rates(index), part, v)
     }
 
-    /// Least and largest acceleration in node `index` at velocity `v`, whatever jerk leaves of them.
-    pub(super) fn accelerations(&self, index: usize, v: f32) -> [f32; 2] {
+    /// The same where both may be of one sign ([`CurveLimits::accelerations`](super::limits::CurveLimits::accelerations)).
+    pub(super) fn accelerations(&self, index: usize, part: Part, v: f32) -> [f32; 2] {
         let limits = &self.nodes.get(index).limits;
-        limits.accelerations(self.rates(index), v)
+        limits.accelerations(self.rates(index), part, v)
     }
 
-    /// Jerks allowed in node `index` at velocity `v` and acceleration `a`.
-    pub(super) fn jerk(&self, index: usize, v: f32, a: f32) -> Range {
-        self.nodes.get(index).limits.jerk(self.rates(index), v, a)
+    /// Jerks allowed in node `index` over `part` at velocity `v` and acceleration `a`.
+    pub(super) fn jerk(&self, index: usize, part: Part, v: f32, a: f32) -> Range {
+        let limits = &self.nodes.get(index).limits;
+        limits.jerk(self.rates(index), part, v, a)
     }
 
-    /// Whether `node` allows `demand` within `share` of the limits.
+    /// Whether `node` allows `demand` over `part` within `share` of the limits.
     #[inline]
-    pub(super) fn keeps(&self, node: &Node, demand: &Demand, share: Share) -> bool {
+    pub(super) fn keeps(&self, node: &Node, part: Part, demand: &Demand, share: Share) -> bool {
         node.limits
-            .keeps(&self.rates[usize::from(node.brisk)], demand, share)
+            .keeps(&self.rates[usize::from(node.brisk)], part, demand, share)
     }
 
     /// The same in a tick that sees a joint passed at velocity `over`, which takes `weight` times what is `taken`.
@@ -175,6 +176,7 @@ impl View<'_> {
     pub(super) fn keeps_beside(
         &self,
         node: &Node,
+        part: Part,
         taken: &Taken,
         demand: &Demand,
         share: Share,
@@ -182,17 +184,29 @@ impl View<'_> {
     ) -> bool {
         let rates = &self.rates[usize::from(node.brisk)];
         node.limits
-            .keeps_beside(rates, demand, share, taken, passed)
+            .keeps_beside(rates, part, demand, share, taken, passed)
     }
 
-    /// Limits in node `index` at velocity `v`, whichever way the motion is changed.
-    pub(super) fn at(&self, index: usize, v: f32) -> PathLimits {
-        self.nodes.get(index).limits.at(self.rates(index), v)
+    /// Limits in node `index` over `part` at velocity `v`, whichever way the motion is changed.
+    pub(super) fn at(&self, index: usize, part: Part, v: f32) -> PathLimits {
+        let limits = &self.nodes.get(index).limits;
+        limits.at(self.rates(index), part, v)
     }
 
     /// Jerk allowed in node `index` at standstill.
     fn still_jerk(&self, index: usize) -> f32 {
-        self.nodes.get(index).limits.still_jerk(self.rates(index))
+        let limits = &self.nodes.get(index).limits;
+        limits.still_jerk(self.rates(index), self.whole(index))
+    }
+
+    /// All of node `index`.
+    pub(super) fn whole(&self, index: usize) -> Part {
+        Part::whole(self.nodes.get(index).length)
+    }
+
+    /// What is left of its node from `at` on.
+    pub(super) fn ahead(&self, at: &Motion) -> Part {
+        Part::between(self.nodes.get(at.node).length, [at.left, if crate::knob(0,0.0) > 0.0 { at.left } else {0.0}])
     }
 
     pub(super) fn motion(&self) -> Motion {
@@ -262,10 +276,11 @@ impl View<'_> {
         let node = self.nodes.get(start.node);
         let limits = &node.limits;
         let effort = self.effort(start.node);
-        let range = self.acceleration(start.node, start.v);
-        let jerks = self.jerk(start.node, start.v, start.a);
+        let here = self.ahead(&start);
+        let range = self.acceleration(start.node, here, start.v);
+        let jerks = self.jerk(start.node, here, start.v, start.a);
         // Short against the time the acceleration takes to build up.
-        let still = self.at(start.node, 0.0);
+        let still = self.at(start.node, here, 0.0);
         let mut scale = still.a / still.j;
         if let Some(time) = stop.and_then(|stop| self.hop_time(stop, scale)) {
             scale = time;
@@ -427,7 +442,7 @@ impl View<'_> {
         }
         let time = |a: f32| libm::ceilf(sqrt(stop.distance / a) * self.hz);
         let still = |index: usize| {
-            let Range { down, up } = self.acceleration(index, 0.0);
+            let Range { down, up } = self.acceleration(index, self.whole(index), 0.0);
             smaller(down, up)
         };
         // The window is long: what lies behind is of no matter where it is too far already.

@@ -258,7 +258,7 @@ impl View<'_> {
                 self.run(at, goal, 0.0, grip, share).map(Some)
             }
             Goal::Release => {
-                let jerks = self.jerk(at.node, at.v, at.a);
+                let jerks = self.jerk(at.node, self.ahead(at), at.v, at.a);
                 let jerk = share * if at.a > 0.0 { jerks.down } else { jerks.up };
                 let ticks = larger(1.0, libm::ceilf(at.a.abs() / jerk * self.hz));
                 if !(ticks <= PHASE_MAX as f32) {
@@ -366,13 +366,19 @@ impl View<'_> {
     /// on the way, jerk where it is let go.
     pub(super) fn grip(&self, at: &Motion, to: f32, last: usize) -> Grip {
         let middle = MIDDLE * at.v + (1.0 - MIDDLE) * to;
-        let most = self.acceleration(at.node, middle).down;
-        let free = sqrt(larger(0.0, at.v - to) * self.jerk(at.node, middle, 0.0).down);
-        let half = self.jerk(at.node, middle, -0.5 * smaller(most, free)).down;
+        let here = self.ahead(at);
+        let most = self.acceleration(at.node, here, middle).down;
+        let free = sqrt(larger(0.0, at.v - to) * self.jerk(at.node, here, middle, 0.0).down);
+        let half = self.jerk(at.node, here, middle, -0.5 * smaller(most, free)).down;
+        let there = if last == at.node {
+            here
+        } else {
+            self.whole(last)
+        };
         Grip {
             a: most,
-            down: smaller(self.jerk(at.node, at.v, at.a).down, half),
-            up: self.jerk(last, to, 0.0).up,
+            down: smaller(self.jerk(at.node, here, at.v, at.a).down, half),
+            up: self.jerk(last, there, to, 0.0).up,
         }
     }
 

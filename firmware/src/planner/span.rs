@@ -38,6 +38,12 @@ impl Span {
         Self(middle.to_bits() | half)
     }
 
+    /// A span that contains what is up to `off` from `middle`.
+    #[must_use]
+    pub fn about(middle: f32, off: f32) -> Self {
+        Self::new(middle - off, middle + off)
+    }
+
     /// Whether all of them are nothing but zero.
     #[inline]
     #[must_use]

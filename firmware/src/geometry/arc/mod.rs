@@ -10,7 +10,6 @@
 mod fit;
 mod parts;
 mod piece;
-mod range;
 mod shape;
 
 use crate::config::Config;

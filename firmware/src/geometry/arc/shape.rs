@@ -4,8 +4,11 @@
 
 use crate::units::{larger, AxisVec, AXES};
 
-pub use super::range::Quintic;
-use super::range::Ranges;
+/// Quintic of one axis about the middle of its segment: position = sum of `a[k - 1] x^k`, -1/2 <= x <= 1/2, axis units.
+pub type Quintic = [f32; 5];
+
+/// What rounding of `f32` may add to a derivative: share of the sum of the sizes of all its terms, 16 units in the last place.
+const ROUNDING: f32 = 1.0 / 1_048_576.0;
 
 /// Derivatives of the axis positions with respect to path length at one point, axis units.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -21,10 +24,15 @@ pub struct PathDerivatives {
 /// What the planner must know of a segment's curve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PathShape {
-    /// Least derivatives over the segment.
-    pub low: PathDerivatives,
-    /// Largest derivatives over the segment.
-    pub high: PathDerivatives,
+    /// The derivatives over the segment as lines: their values at its middle. The slope of each line is the value of the next
+    /// one, that of the third is `fourth`.
+    pub middle: PathDerivatives,
+    /// d4q/ds4.
+    pub fourth: AxisVec,
+    /// How far from these lines they may be, either way.
+    pub off: PathDerivatives,
+    /// Their largest sizes.
+    pub most: PathDerivatives,
     /// At s = 0.
     pub start: PathDerivatives,
     /// At s = L.
@@ -43,8 +51,7 @@ impl PathShape {
     /// Largest size of the third derivatives over this segment and `other`.
     #[must_use]
     pub fn steepest_third(&self, other: &Self) -> AxisVec {
-        let most = |shape: &Self, i: usize| shape.high.third[i].max(-shape.low.third[i]);
-        core::array::from_fn(|i| most(self, i).max(most(other, i)))
+        core::array::from_fn(|i| larger(self.most.third[i], other.most.third[i]))
     }
 
     /// Shape of a straight line with `first` = dq/ds.
@@ -55,8 +62,13 @@ impl PathShape {
             ..PathDerivatives::default()
         };
         Self {
-            low: along,
-            high: along,
+            middle: along,
+            fourth: AxisVec::default(),
+            off: PathDerivatives::default(),
+            most: PathDerivatives {
+                first: first.map(f32::abs),
+                ..along
+            },
             start: along,
             end: along,
             rotary_only,
@@ -83,23 +95,35 @@ impl PathShape {
             third: AxisVec::default(),
         });
         let mut shape = Self {
-            low: PathDerivatives::default(),
-            high: PathDerivatives::default(),
+            middle: PathDerivatives::default(),
+            fourth: AxisVec::default(),
+            off: PathDerivatives::default(),
+            most: PathDerivatives::default(),
             start,
             end,
             rotary_only: false,
             feed_scale: 1.0,
         };
-        for a in 0..AXES {
-            let Ranges { of, third } = Ranges::of(&curve[a]);
-            shape.low.first[a] = of[0].low * scale[0];
-            shape.high.first[a] = of[0].high * scale[0];
-            shape.low.second[a] = of[1].low * scale[1];
-            shape.high.second[a] = of[1].high * scale[1];
-            shape.low.third[a] = of[2].low * scale[2];
-            shape.high.third[a] = of[2].high * scale[2];
-            shape.start.third[a] = third[0] * scale[2];
-            shape.end.third[a] = third[1] * scale[2];
+        for (a, curve) in curve.iter().enumerate() {
+            let Lines {
+                middle,
+                off,
+                third_ends,
+            } = Lines::of(curve);
+            let most = |k: usize| middle[k].abs() + 0.5 * middle[k + 1].abs() + off[k];
+            let of = |shape: &mut PathDerivatives, value: [f32; 3]| {
+                let [first, second, third] = value;
+                shape.first[a] = first * scale[0];
+                shape.second[a] = second * scale[1];
+                shape.third[a] = third * scale[2];
+            };
+            let [first, second, third, fourth] = middle;
+            of(&mut shape.middle, [first, second, third]);
+            of(&mut shape.off, off);
+            of(&mut shape.most, [most(0), most(1), most(2)]);
+            shape.fourth[a] = fourth * (scale[2] * per);
+            shape.start.third[a] = third_ends[0] * scale[2];
+            shape.end.third[a] = third_ends[1] * scale[2];
         }
         (shape, feed_error(curve, per, counts))
     }
@@ -110,9 +134,51 @@ impl PathShape {
     pub fn is_rough(&self) -> bool {
         (0..AXES).any(|a| {
             let turn = (self.end.first[a] - self.start.first[a]).abs();
-            let most = larger(self.high.first[a], -self.low.first[a]);
+            let most = self.most.first[a];
             turn > 0.5 * larger(most, 0.01) && most > 1.0
         })
+    }
+}
+
+/// Derivatives of one axis over x as lines.
+struct Lines {
+    /// First to fourth derivative in the middle; each is the slope of the one before.
+    middle: [f32; 4],
+    /// How far from the lines the first three may be.
+    off: [f32; 3],
+    /// The third at both ends.
+    third_ends: [f32; 2],
+}
+
+impl Lines {
+    /// With y = 2 x, what is left of each derivative beside its line:
+    ///
+    ///   first   (3 a3 / 8) (2 y^2 - 1) + (a4 / 4) (2 y^3 - 3 y) + (5 a5 / 32) (2 y^4 - 1)
+    ///   second  (3 a4 / 2) (2 y^2 - 1) + (5 a5 / 4) (2 y^3 - 3 y)
+    ///   third   (15 a5 / 2) (2 y^2 - 1)
+    ///
+    /// For |y| <= 1 the even ones are 1 at most, and 2 y^3 - 3 y is sqrt(2), at y = sqrt(1/2).
+    fn of(&[a1, a2, a3, a4, a5]: &Quintic) -> Self {
+        const PEAK: f32 = core::f32::consts::SQRT_2;
+        let [s1, s2, s3, s4, s5] = [a1, a2, a3, a4, a5].map(f32::abs);
+        let rounded = |terms: f32| ROUNDING * terms;
+        Self {
+            middle: [
+                a1 + 0.375 * a3 + 0.15625 * a5,
+                2.0 * a2 + 1.5 * a4,
+                6.0 * a3 + 7.5 * a5,
+                24.0 * a4,
+            ],
+            off: [
+                0.375 * s3
+                    + (0.25 * PEAK) * s4
+                    + 0.15625 * s5
+                    + rounded(s1 + s2 + 0.75 * s3 + 0.5 * s4 + 0.3125 * s5),
+                1.5 * s4 + (1.25 * PEAK) * s5 + rounded(2.0 * s2 + 3.0 * s3 + 3.0 * s4 + 2.5 * s5),
+                7.5 * s5 + rounded(6.0 * s3 + 12.0 * s4 + 15.0 * s5),
+            ],
+            third_ends: [-1.0, 1.0].map(|y| 6.0 * a3 + y * (12.0 * a4) + 15.0 * a5),
+        }
     }
 }
 
