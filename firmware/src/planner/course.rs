@@ -208,20 +208,21 @@ impl View<'_> {
         let in_ticks = h * self.hz > 0.5;
         for (&jerk, &ticks) in course.jerk.iter().zip(&course.ticks) {
             let demand = |at: &Motion| Demand::new([self.seen(at), at.a, jerk]);
-            // In a tick that sees the joint that takes `taken`, from `open` on.
-            let passes = |node: &Node, open: f32, taken: &Taken, demand: &Demand, at: &Motion| {
-                let part = Part::between(node.length, [open, at.left]);
+            // In a tick that sees the joint that takes `taken`, in `node` from where `left` of it is left.
+            let passes = |node: &Node, left: f32, taken: &Taken, demand: &Demand, at: &Motion| {
+                let part = Part::between(node.length, [left, at.left]);
                 self.keeps_beside(node, part, taken, demand, all, [at.v, tolerance.taken])
             };
             // What is left of the node where this jerk has not been looked at yet.
             let mut open = at.left;
+            let here_only = Part::between(here.length, [open; 2]);
             // The second difference of the tick behind a joint sees it, too.
             let later = |at: &Motion| Motion {
                 a: at.a + jerk * h,
                 ..*at
             };
             if ticks > 0
-                && !(self.keeps(here, Part::between(here.length, [open, open]), &demand(&at), all)
+                && !(self.keeps(here, here_only, &demand(&at), all)
                     && self.beside(here, &at, jerk, last, tolerance))
             {
                 return Err(Breach::Change);
@@ -275,25 +276,24 @@ impl View<'_> {
                 if over && !passes(here, open, &here.exit_taken, &there, &next) {
                     return Err(Breach::Change);
                 }
-                if !over {
-                    let share = (at.left - larger(next.left, 0.0)) / here.length;
-                    let mut points = 1 + (share * crate::knob(1, 4.0)) as u32;
-                    if n as f32 * h * self.hz > LONG[usize::from(here.brisk)] {
-                        points = points.max(2);
-                    }
-                    points = points.min(n);
-                    let mut from = at.left;
-                    for k in 1..points + u32::from(inside) {
-                        let point = if k == points { next } else { at.after(jerk, (n * k / points) as f32, h) };
-                        let to = if k == points { next.left } else { larger(next.left, point.left - 0.5 * (from - point.left)) };
-                        let part = Part::between(here.length, [open, to]);
-                        if !self.keeps(here, part, &demand(&point), all) {
-                            return Err(Breach::Change);
-                        }
-                        open = to;
-                        from = point.left;
-                    }
+                // Each point stands for its surroundings.
+                let holds = |point: &Motion, surroundings: [f32; 2]| {
+                    let part = Part::between(here.length, surroundings);
+                    self.keeps(here, part, &demand(point), all)
+                };
+                let long = n as f32 * h * self.hz > LONG[usize::from(here.brisk)];
+                let middle = at.after(jerk, (n / 2) as f32, h);
+                let apart = if long {
+                    0.5 * (middle.left + next.left)
+                } else {
+                    open
+                };
+                if (!over && inside && !holds(&next, [apart, next.left]))
+                    || (long && !holds(&middle, [open, apart]))
+                {
+                    return Err(Breach::Change);
                 }
+                open = if !over && inside { next.left } else { apart };
                 while next.node < last && next.left < 0.0 {
                     let before = here;
                     next.node += 1;
@@ -312,7 +312,7 @@ impl View<'_> {
                     {
                         return Err(Breach::Change);
                     }
-                    open = smaller(open, next.left);
+                    open = next.left;
                 }
                 at = next;
             }
@@ -360,7 +360,14 @@ impl View<'_> {
                 let demand = Demand::new([v, at.a, jerk]);
                 let passed = [at.v, tolerance.taken];
                 let part = Part::between(node.length, part);
-                self.keeps_beside(node, part, &before.exit_taken, &demand, tolerance.all(), passed)
+                self.keeps_beside(
+                    node,
+                    part,
+                    &before.exit_taken,
+                    &demand,
+                    tolerance.all(),
+                    passed,
+                )
             })
         };
         if at.node > 0 && here.length - at.left < near {

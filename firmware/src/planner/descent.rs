@@ -94,7 +94,7 @@ impl View<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::limits::{CurveLimits, Rates};
+    use super::super::limits::{CurveLimits, Part, Rates};
     use crate::config::tests::test_config;
     use crate::geometry::arc::{PathDerivatives, PathShape};
     use crate::units::AXES;
@@ -108,27 +108,39 @@ mod tests {
             v in 0.0_f32..50.0,
             share in 0.0_f64..1.0,
         ) {
-            let side = |k: f32| PathDerivatives {
-                first: first.map(|(middle, half)| middle + k * half),
-                second: second.map(|(middle, half)| middle + k * half),
+            let side = |of: fn(&(f32, f32)) -> f32| PathDerivatives {
+                first: first.each_ref().map(of),
+                second: second.each_ref().map(of),
                 third: [0.0; AXES],
             };
+            let (middle, off) = (side(|x| x.0), side(|x| x.1));
             let shape = PathShape {
-                low: side(-1.0),
-                high: side(1.0),
-                start: side(0.0),
-                end: side(0.0),
+                middle,
+                fourth: [0.0; AXES],
+                off,
+                most: off,
+                start: middle,
+                end: middle,
                 rotary_only: false,
                 feed_scale: 1.0,
             };
             let config = test_config();
-            let limits = CurveLimits::new(&shape, f32::MAX);
-            let [low, high] = limits.accelerations(&Rates::new(&config, false), v).map(f64::from);
+            // Of no length, so that the first derivative does not change with the second.
+            let limits = CurveLimits::new(&shape, 0.0, f32::MAX);
+            let rates = Rates::new(&config, false);
+            let everywhere = Part::whole(0.0);
+            let [low, high] = limits.accelerations(&rates, everywhere, v).map(f64::from);
             // The worst that acceleration `a` asks of any axis, as a share of what it has, over corners of the ranges.
             let worst = |a: f64| {
                 let mut most = 0.0_f64;
                 for i in 0..AXES {
-                    let [q1, q2, _] = limits.of_axis(i).map(|span| span.ends().map(f64::from));
+                    let Some([q1, q2, _]) = limits.of_axis(i, everywhere) else {
+                        continue;
+                    };
+                    let [q1, q2] = [q1, q2].map(|[middle, half]| {
+                        let [middle, half] = [middle, half].map(f64::from);
+                        [middle - half, middle + half]
+                    });
                     for (x, y) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
                         let asked = q1[x] * a + q2[y] * f64::from(v) * f64::from(v);
                         most = most.max(asked.abs() / f64::from(config.axes[i].a_max));

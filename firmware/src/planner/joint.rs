@@ -340,15 +340,14 @@ mod tests {
         })
     }
 
-    fn wider(from: &AxisVec, by: f32) -> [AxisVec; 2] {
-        [-by, by].map(|by| from.map(|x| x + by * x.abs()))
-    }
-
     proptest! {
         #[test]
         fn no_verdict_depends_on_bounds_or_on_forgotten_axes(
             (inside, before, after) in (derivatives(), derivatives(), derivatives()),
+            fourth in axes(1000.0),
             by in 0.0_f32..0.3,
+            length in 0.01_f32..1.0,
+            lefts in prop::array::uniform2(-0.1_f32..1.1),
             top in 0.1_f32..100.0,
             shares in prop::array::uniform4(0.0_f32..1.0),
             (a, j) in (-1.5_f32..1.5, -1.5_f32..1.5),
@@ -357,16 +356,17 @@ mod tests {
         ) {
             let config = test_config();
             let rates = Rates::new(&config, soft);
-            let [first, second, third] = [&inside.first, &inside.second, &inside.third]
-                .map(|derivative| wider(derivative, by));
-            let side = |k: usize| PathDerivatives {
-                first: first[k],
-                second: second[k],
-                third: third[k],
+            let size = |x: &AxisVec| x.map(|x| by * x.abs());
+            let off = PathDerivatives {
+                first: size(&inside.first),
+                second: size(&inside.second),
+                third: size(&inside.third),
             };
             let shape = PathShape {
-                low: side(0),
-                high: side(1),
+                middle: inside,
+                fourth,
+                off,
+                most: off,
                 start: inside,
                 end: inside,
                 rotary_only: false,
@@ -378,24 +378,26 @@ mod tests {
             };
             let taken = Taken::new(&before, &bent, &rates, |_| false);
             let over = shares[0] * top;
-            let exact = CurveLimits::new(&shape, top);
-            let quick = exact.without_idle(&rates, top, [(&taken, over), (&Taken::NONE, top)]);
+            let exact = CurveLimits::new(&shape, length, top);
+            let joints = [(&taken, over), (&Taken::NONE, top)];
+            let quick = exact.without_idle(&rates, length, top, joints);
+            let part = Part::between(length, lefts.map(|left| left * length));
             let v = shares[1] * top;
-            let most = exact.acceleration(&rates, v);
+            let most = exact.acceleration(&rates, part, v);
             let a = a * if a > 0.0 { most.up } else { most.down };
-            let most = exact.jerk(&rates, v, a);
+            let most = exact.jerk(&rates, part, v, a);
             let j = j * if j > 0.0 { most.up } else { most.down };
             let demand = Demand::new([v, a, j]);
             let share = Share { a: 1.0, j: 1.0 };
             prop_assert_eq!(
-                exact.keeps(&rates, &demand, share),
-                quick.keeps(&rates, &demand, share)
+                exact.keeps(&rates, part, &demand, share),
+                quick.keeps(&rates, part, &demand, share)
             );
             for taken in [&taken, &Taken::NONE] {
                 let passed = [shares[2] * over, 1.0];
                 prop_assert_eq!(
-                    exact.keeps_beside(&rates, &demand, share, taken, passed),
-                    quick.keeps_beside(&rates, &demand, share, taken, passed)
+                    exact.keeps_beside(&rates, part, &demand, share, taken, passed),
+                    quick.keeps_beside(&rates, part, &demand, share, taken, passed)
                 );
             }
         }

@@ -290,7 +290,7 @@ impl CurveLimits {
 
     /// q', q'' and q''' of axis `i` over `part`, each as its middle and half width; `None` where they are nothing.
     #[inline(always)]
-    pub(super) fn of_axis(&self, i: usize, part: Part) -> Option<[[f32; 2]; 3]> {
+    pub(crate) fn of_axis(&self, i: usize, part: Part) -> Option<[[f32; 2]; 3]> {
         let [first, second, third] = &self.lines;
         let lines = [first[i], second[i], third[i]];
         if Span::are_zero(lines) {

@@ -206,7 +206,7 @@ impl View<'_> {
 
     /// What is left of its node from `at` on.
     pub(super) fn ahead(&self, at: &Motion) -> Part {
-        Part::between(self.nodes.get(at.node).length, [at.left, if crate::knob(0,0.0) > 0.0 { at.left } else {0.0}])
+        Part::between(self.nodes.get(at.node).length, [at.left, 0.0])
     }
 
     pub(super) fn motion(&self) -> Motion {

@@ -369,7 +369,9 @@ impl View<'_> {
         let here = self.ahead(at);
         let most = self.acceleration(at.node, here, middle).down;
         let free = sqrt(larger(0.0, at.v - to) * self.jerk(at.node, here, middle, 0.0).down);
-        let half = self.jerk(at.node, here, middle, -0.5 * smaller(most, free)).down;
+        let half = self
+            .jerk(at.node, here, middle, -0.5 * smaller(most, free))
+            .down;
         let there = if last == at.node {
             here
         } else {

@@ -60,21 +60,6 @@ impl Span {
             f32::from_bits((self.0 & !MIDDLE) << SHIFT),
         ]
     }
-
-    /// The largest size of any of them.
-    #[must_use]
-    pub fn most(self) -> f32 {
-        let [middle, half] = self.parts();
-        middle.abs() + half
-    }
-
-    /// Least and largest value.
-    #[inline]
-    #[must_use]
-    pub fn ends(self) -> [f32; 2] {
-        let [middle, half] = self.parts();
-        [middle - half, middle + half]
-    }
 }
 
 /// The upper half of a word.

@@ -200,3 +200,6 @@ fn feed_error(curve: &[Quintic; AXES], per: f32, counts: &[bool; AXES]) -> f32 {
     }
     error
 }
+
+#[cfg(test)]
+mod tests;

@@ -169,24 +169,31 @@ proptest! {
         }
     }
 
-    /// The planner is told no less than what the motion does.
+    /// The planner is told no less than what the motion does: how large each derivative becomes, and how far it goes from its line.
     #[test]
-    fn bounds_cover_the_motion(segment in curve()) {
+    fn lines_and_sizes_cover_the_motion(segment in curve()) {
         for driven in split(&segment) {
-            let [low, high] = [&driven.shape.low, &driven.shape.high];
+            let PathShape { middle, fourth, off, most, .. } = &driven.shape;
             let length = driven.segment.length as f64 * 0.5_f64.powi(S_FRAC as i32);
+            let lines = [
+                (middle.first, middle.second, off.first, most.first),
+                (middle.second, middle.third, off.second, most.second),
+                (middle.third, *fourth, off.third, most.third),
+            ];
             for k in 0..=64 {
                 let d = motion(&driven, f64::from(k) / 64.0);
-                let ranges = [(low.first, high.first), (low.second, high.second), (low.third, high.third)];
-                for (order, (low, high)) in (1..).zip(ranges) {
-                    let most = low.iter().chain(&high).fold(0.0_f64, |m, x| m.max(f64::from(x.abs())));
+                let beyond = (f64::from(k) / 64.0 - 0.5) * length;
+                for (order, (value, slope, off, most)) in (1..).zip(lines) {
+                    let largest = most.iter().fold(0.0_f64, |m, x| m.max(f64::from(*x)));
                     for a in 0..AXES {
                         // Coefficients are rounded by half a unit each; over short segments that adds up to this.
                         let unit = 0.5_f64.powi(fine_bits(&test_config(), a) as i32) / 1000.0;
                         let rounding = [0.0, 1.5, 4.0, 17.0][order] * unit / length.powi(order as i32);
-                        let slack = 1e-4 * most + 1e-6 + rounding;
-                        prop_assert!(d[order][a] <= f64::from(high[a]) + slack, "{} over {}", d[order][a], high[a]);
-                        prop_assert!(d[order][a] >= f64::from(low[a]) - slack, "{} below {}", d[order][a], low[a]);
+                        let slack = 1e-4 * largest + 1e-6 + rounding;
+                        let line = f64::from(value[a]) + f64::from(slope[a]) * beyond;
+                        let far = (d[order][a] - line).abs();
+                        prop_assert!(far <= f64::from(off[a]) + slack, "{} off, {} said", far, off[a]);
+                        prop_assert!(d[order][a].abs() <= f64::from(most[a]) + slack, "{} over {}", d[order][a], most[a]);
                     }
                 }
             }
