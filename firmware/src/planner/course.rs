@@ -128,6 +128,9 @@ const AROUND: [f32; 2] = [2.0, 1.01];
 /// Ticks within one node from which on the middle of a step is looked at, too: with jerk limited, and without.
 const LONG: [f32; 2] = [6.0, 2.0];
 
+/// Ticks by which the differences of a tick lie behind it: third ones with jerk limited and otherwise second ones, and second ones.
+const BEHIND: [[f32; 2]; 2] = [[1.5, 1.0], [1.0, 1.0]];
+
 /// Steps in which the end of a node is approached: Newton's method where the motion slows down.
 const APPROACHES: u32 = 4;
 
@@ -210,12 +213,12 @@ impl View<'_> {
             let demand = |at: &Motion| Demand::new([self.seen(at), at.a, jerk]);
             // In a tick that sees the joint that takes `taken`, in `node` from where `left` of it is left.
             let passes = |node: &Node, left: f32, taken: &Taken, demand: &Demand, at: &Motion| {
-                let part = Part::between(node.length, [left, at.left]);
+                let part = self.seen_from(node, at, [left, at.left]);
                 self.keeps_beside(node, part, taken, demand, all, [at.v, tolerance.taken])
             };
             // What is left of the node where this jerk has not been looked at yet.
             let mut open = at.left;
-            let here_only = Part::between(here.length, [open; 2]);
+            let here_only = self.seen_from(here, &at, [open; 2]);
             // The second difference of the tick behind a joint sees it, too.
             let later = |at: &Motion| Motion {
                 a: at.a + jerk * h,
@@ -278,7 +281,7 @@ impl View<'_> {
                 }
                 // Each point stands for its surroundings.
                 let holds = |point: &Motion, surroundings: [f32; 2]| {
-                    let part = Part::between(here.length, surroundings);
+                    let part = self.seen_from(here, point, surroundings);
                     self.keeps(here, part, &demand(point), all)
                 };
                 let long = n as f32 * h * self.hz > LONG[usize::from(here.brisk)];
@@ -331,6 +334,12 @@ impl View<'_> {
     /// The velocity that belongs to the acceleration of `at`: differences of positions lie half a tick before those of velocities.
     fn seen(&self, at: &Motion) -> f32 {
         larger(0.0, at.v - 0.5 * at.a / self.hz)
+    }
+
+    /// The part of `node` that the differences of ticks see while its end is approached from `from` to `to`, about as fast as `at` is.
+    fn seen_from(&self, node: &Node, at: &Motion, [from, to]: [f32; 2]) -> Part {
+        let [third, second] = BEHIND[usize::from(node.brisk)].map(|ticks| ticks * at.v / self.hz);
+        Part::between(node.length, [from + third, to + second])
     }
 
     /// Where `jerk` leads from `from` in `ticks`, whatever the limits.
