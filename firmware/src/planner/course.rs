@@ -128,8 +128,22 @@ const AROUND: [f32; 2] = [2.0, 1.01];
 /// Ticks within one node from which on the middle of a step is looked at, too: with jerk limited, and without.
 const LONG: [f32; 2] = [6.0, 2.0];
 
-/// Ticks by which the differences of a tick lie behind it: third ones with jerk limited and otherwise second ones, and second ones.
-const BEHIND: [[f32; 2]; 2] = [[1.5, 1.0], [1.0, 1.0]];
+/// Which tick's differences of positions are looked at: of the one that a motion is the end of, or of the one that begins there.
+#[derive(Clone, Copy)]
+enum Tick {
+    Ending,
+    Beginning,
+}
+
+impl Tick {
+    /// Ticks by which the middle of its second differences lies behind the motion. That of third ones is half a tick further.
+    fn behind(self) -> f32 {
+        match self {
+            Self::Ending => 1.0,
+            Self::Beginning => 0.0,
+        }
+    }
+}
 
 /// Steps in which the end of a node is approached: Newton's method where the motion slows down.
 const APPROACHES: u32 = 4;
@@ -210,29 +224,22 @@ impl View<'_> {
         // Braking for a hold is run in parts of a tick.
         let in_ticks = h * self.hz > 0.5;
         for (&jerk, &ticks) in course.jerk.iter().zip(&course.ticks) {
-            let demand = |at: &Motion| Demand::new([self.seen(at), at.a, jerk]);
+            let demand = |at: &Motion, tick: Tick| self.demand(at, jerk, tick);
             // In a tick that sees the joint that takes `taken`, in `node` from where `left` of it is left.
-            let passes = |node: &Node, left: f32, taken: &Taken, demand: &Demand, at: &Motion| {
-                let part = self.seen_from(node, at, [left, at.left]);
-                self.keeps_beside(node, part, taken, demand, all, [at.v, tolerance.taken])
+            let passes = |node: &Node, left: f32, taken: &Taken, at: &Motion, tick: Tick| {
+                let part = self.seen_from(node, at, [left, at.left], tick);
+                let passed = [at.v, tolerance.taken];
+                self.keeps_beside(node, part, taken, &demand(at, tick), all, passed)
             };
             // What is left of the node where this jerk has not been looked at yet.
             let mut open = at.left;
-            let here_only = self.seen_from(here, &at, [open; 2]);
-            // The second difference of the tick behind a joint sees it, too.
-            let later = |at: &Motion| Motion {
-                a: at.a + jerk * h,
-                ..*at
-            };
-            if ticks > 0
-                && !(self.keeps(here, here_only, &demand(&at), all)
-                    && self.beside(here, &at, jerk, last, tolerance))
-            {
-                return Err(Breach::Change);
-            }
             // Where jerk is not limited, the first tick may be all of the acceleration.
-            let sudden = ticks > 0 && in_ticks && here.brisk;
-            if sudden && !self.beside(here, &later(&at), jerk, last, tolerance) {
+            let first = if here.brisk && !in_ticks {
+                Tick::Ending
+            } else {
+                Tick::Beginning
+            };
+            if ticks > 0 && !self.beside(here, &at, jerk, first, last, tolerance) {
                 return Err(Breach::Change);
             }
             let mut remaining = ticks;
@@ -275,28 +282,29 @@ impl View<'_> {
                 let over = next.node < last && next.left < 0.0;
                 let near = n > 1 && here.brisk && in_ticks;
                 let inside = near || remaining == 0;
-                let there = demand(&next);
-                if over && !passes(here, open, &here.exit_taken, &there, &next) {
+                if over && !passes(here, open, &here.exit_taken, &next, Tick::Ending) {
                     return Err(Breach::Change);
                 }
                 // Each point stands for its surroundings.
-                let holds = |point: &Motion, surroundings: [f32; 2]| {
-                    let part = self.seen_from(here, point, surroundings);
-                    self.keeps(here, part, &demand(point), all)
+                let holds = |point: &Motion, tick: Tick, surroundings: [f32; 2]| {
+                    let part = self.seen_from(here, point, surroundings, tick);
+                    self.keeps(here, part, &demand(point, tick), all)
                 };
                 let long = n as f32 * h * self.hz > LONG[usize::from(here.brisk)];
                 let middle = at.after(jerk, (n / 2) as f32, h);
-                let apart = if long {
-                    0.5 * (middle.left + next.left)
+                let [early, late] = if long {
+                    [at.left, next.left].map(|left| 0.5 * (middle.left + left))
                 } else {
-                    open
+                    [0.5 * (at.left + next.left); 2]
                 };
-                if (!over && inside && !holds(&next, [apart, next.left]))
-                    || (long && !holds(&middle, [open, apart]))
+                let begins = long || remaining + n == ticks;
+                if (begins && !holds(&at, first, [open, early]))
+                    || (!over && inside && !holds(&next, Tick::Ending, [late, next.left]))
+                    || (long && !holds(&middle, Tick::Ending, [early, late]))
                 {
                     return Err(Breach::Change);
                 }
-                open = if !over && inside { next.left } else { apart };
+                open = if !over && inside { next.left } else { late };
                 while next.node < last && next.left < 0.0 {
                     let before = here;
                     next.node += 1;
@@ -310,8 +318,9 @@ impl View<'_> {
                     }
                     let taken = &before.exit_taken;
                     let ends = remaining == 0 || !in_ticks || (taken.is_none() && !here.brisk);
-                    if !(passes(here, open, taken, &there, &next)
-                        && (ends || passes(here, open, taken, &demand(&later(&next)), &next)))
+                    // The differences of the tick behind a joint see it, too.
+                    if !(passes(here, open, taken, &next, Tick::Ending)
+                        && (ends || passes(here, open, taken, &next, Tick::Beginning)))
                     {
                         return Err(Breach::Change);
                     }
@@ -319,7 +328,7 @@ impl View<'_> {
                 }
                 at = next;
             }
-            if ticks > 0 && !self.beside(here, &at, jerk, last, tolerance) {
+            if ticks > 0 && !self.beside(here, &at, jerk, Tick::Ending, last, tolerance) {
                 return Err(Breach::Change);
             }
         }
@@ -331,15 +340,26 @@ impl View<'_> {
         self.follow(at, course, self.end - 1, PREDICTING)
     }
 
-    /// The velocity that belongs to the acceleration of `at`: differences of positions lie half a tick before those of velocities.
-    fn seen(&self, at: &Motion) -> f32 {
-        larger(0.0, at.v - 0.5 * at.a / self.hz)
+    /// What the differences of positions see of the motion in the tick that ends or begins at `at`: second ones the mean of two
+    /// velocities, third ones the velocity between them.
+    fn demand(&self, at: &Motion, jerk: f32, tick: Tick) -> Demand {
+        let step = jerk / self.hz;
+        let [a, v] = match tick {
+            Tick::Ending => [at.a, at.v - at.a / self.hz],
+            Tick::Beginning => [at.a + step, at.v],
+        };
+        let second = larger(0.0, v + 0.5 * a / self.hz);
+        Demand::seen([second, a], [larger(0.0, v), a - 0.5 * step], jerk)
     }
 
     /// The part of `node` that the differences of ticks see while its end is approached from `from` to `to`, about as fast as `at` is.
-    fn seen_from(&self, node: &Node, at: &Motion, [from, to]: [f32; 2]) -> Part {
-        let [third, second] = BEHIND[usize::from(node.brisk)].map(|ticks| ticks * at.v / self.hz);
-        Part::between(node.length, [from + third, to + second])
+    fn seen_from(&self, node: &Node, at: &Motion, [from, to]: [f32; 2], tick: Tick) -> Part {
+        let per_tick = at.v / self.hz;
+        let (second, third) = (tick.behind(), if node.brisk { 0.0 } else { 0.5 });
+        Part::between(
+            node.length,
+            [from + per_tick * (second + third), to + per_tick * second],
+        )
     }
 
     /// Where `jerk` leads from `from` in `ticks`, whatever the limits.
@@ -358,6 +378,7 @@ impl View<'_> {
         here: &Node,
         at: &Motion,
         jerk: f32,
+        tick: Tick,
         last: usize,
         tolerance: Tolerance,
     ) -> bool {
@@ -365,8 +386,8 @@ impl View<'_> {
         let both = |before: &Node, after: &Node| {
             let parts = [[near, 0.0], [after.length, after.length - near]];
             [before, after].into_iter().zip(parts).all(|(node, part)| {
-                let v = smaller(self.seen(at), node.limits.v);
-                let demand = Demand::new([v, at.a, jerk]);
+                let v = smaller(at.v, node.limits.v);
+                let demand = self.demand(&Motion { v, ..*at }, jerk, tick);
                 let passed = [at.v, tolerance.taken];
                 let part = Part::between(node.length, part);
                 self.keeps_beside(

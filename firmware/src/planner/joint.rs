@@ -3,7 +3,7 @@
 //! In: the derivatives of the axes on both sides. Out: a [`Joint`], and with it whether motion beside it keeps the limits of the
 //! axes ([`CurveLimits`]).
 
-use super::limits::{axis_jerk, share_of, CurveLimits, Demand, Part, Rates, Share, WIDER};
+use super::limits::{axis_jerk, share_of, CurveLimits, Demand, Part, Rates, Share};
 use super::span::{halves, of_halves};
 use crate::config::Config;
 use crate::geometry::arc::PathDerivatives;
@@ -242,7 +242,6 @@ pub fn joint(
     config: &Config,
     before: &PathDerivatives,
     after: &PathDerivatives,
-    third: &AxisVec,
     v: f32,
     rates: &Rates,
     soft: bool,
@@ -266,9 +265,8 @@ pub fn joint(
         // Path acceleration changes its direction with the tangent, too. A kink that turns the largest acceleration into
         // more than the share leaves nothing for passing at speed.
         let turned = step1 * axis.a_max * hz;
-        let third = WIDER * third[a];
         let room = JOINT_SHARE * axis_jerk(config, a, soft) - turned;
-        let taken = |v: f32| v * (step1 * hz * hz + v * (step2 * hz + v * third));
+        let taken = |v: f32| v * hz * (step1 * hz + v * step2);
         if step1 + step2 <= 0.0 || taken(allowed) <= room {
             continue;
         }

@@ -24,9 +24,6 @@ const LEAST_JERK: f32 = 0.02;
 const PIECE_JERK: f32 = 1.0 / (1_u64 << (T_FRAC - 62)) as f32;
 /// Slope below which an axis does not count as moving along, axis units per path unit.
 const LEAST_SLOPE: f32 = 1.0e-6;
-/// What ranges of derivatives are wider than the derivatives, at most ([`Span`]).
-pub(super) const WIDER: f32 = 1.0 + 1.0 / 60.0;
-
 /// Limits of the axes that path motion has to keep: acceleration and jerk, axis units, s.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Rates {
@@ -209,12 +206,20 @@ impl Demand {
     #[inline]
     #[must_use]
     pub fn new([v, a, j]: [f32; 3]) -> Self {
+        Self::seen([v, a], [v, a], j)
+    }
+
+    /// Jerk of the path, with the velocity and acceleration that second differences see, and those that third ones do.
+    #[inline]
+    #[must_use]
+    pub fn seen(second: [f32; 2], third: [f32; 2], j: f32) -> Self {
+        let ([v, a], [w, b]) = (second, third);
         Self {
             a,
             j,
             square: v * v,
-            cross: 3.0 * v * a,
-            cube: v * v * v,
+            cross: 3.0 * w * b,
+            cube: w * w * w,
         }
     }
 

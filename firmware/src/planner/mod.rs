@@ -103,12 +103,11 @@ impl Joints {
         let rates = &rates[usize::from(!soft)];
         let (ends, starts) = (&before.shape.end, &after.shape.start);
         let slower = |percent| before.velocity(percent).min(after.velocity(percent));
-        let third = before.shape.steepest_third(&after.shape);
         let (v, most) = (slower(100), slower(FEED_MAX));
-        let programmed = joint(config, ends, starts, &third, v, rates, soft);
+        let programmed = joint(config, ends, starts, v, rates, soft);
         let mut raised = programmed;
         if most > v && programmed.v > 0.0 {
-            let faster = joint(config, ends, starts, &third, most, rates, soft);
+            let faster = joint(config, ends, starts, most, rates, soft);
             // Whether the path rests there does not depend on the override.
             if faster.v > 0.0 {
                 raised = faster;

@@ -48,12 +48,6 @@ const SAMPLES: usize = 7;
 const APART: f32 = 1.0 / (SAMPLES + 1) as f32;
 
 impl PathShape {
-    /// Largest size of the third derivatives over this segment and `other`.
-    #[must_use]
-    pub fn steepest_third(&self, other: &Self) -> AxisVec {
-        core::array::from_fn(|i| larger(self.most.third[i], other.most.third[i]))
-    }
-
     /// Shape of a straight line with `first` = dq/ds.
     #[must_use]
     pub fn straight(first: AxisVec, rotary_only: bool, feed_scale: f32) -> Self {
