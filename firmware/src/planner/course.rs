@@ -224,12 +224,12 @@ impl View<'_> {
         // Braking for a hold is run in parts of a tick.
         let in_ticks = h * self.hz > 0.5;
         for (&jerk, &ticks) in course.jerk.iter().zip(&course.ticks) {
-            let demand = |at: &Motion, tick: Tick| self.demand(at, jerk, tick);
             // In a tick that sees the joint that takes `taken`, in `node` from where `left` of it is left.
             let passes = |node: &Node, left: f32, taken: &Taken, at: &Motion, tick: Tick| {
                 let part = self.seen_from(node, at, [left, at.left], tick);
                 let passed = [at.v, tolerance.taken];
-                self.keeps_beside(node, part, taken, &demand(at, tick), all, passed)
+                let demand = self.demand(at, jerk, tick);
+                self.keeps_beside(node, part, taken, &demand, all, passed)
             };
             // What is left of the node where this jerk has not been looked at yet.
             let mut open = at.left;
@@ -285,12 +285,16 @@ impl View<'_> {
                 if over && !passes(here, open, &here.exit_taken, &next, Tick::Ending) {
                     return Err(Breach::Change);
                 }
-                // Each point stands for its surroundings.
+                // Each point stands for its surroundings, where velocity may be above the straight line between two of them.
+                let long = n as f32 * h * self.hz > LONG[usize::from(here.brisk)];
+                let apart = h * if long { 0.5 } else { 1.0 } * n as f32;
+                let bulge = larger(0.0, -0.125 * jerk * apart * apart);
                 let holds = |point: &Motion, tick: Tick, surroundings: [f32; 2]| {
                     let part = self.seen_from(here, point, surroundings, tick);
-                    self.keeps(here, part, &demand(point, tick), all)
+                    let v = point.v + bulge;
+                    let demand = self.demand(&Motion { v, ..*point }, jerk, tick);
+                    self.keeps(here, part, &demand, all)
                 };
-                let long = n as f32 * h * self.hz > LONG[usize::from(here.brisk)];
                 let middle = at.after(jerk, (n / 2) as f32, h);
                 let [early, late] = if long {
                     [at.left, next.left].map(|left| 0.5 * (middle.left + left))

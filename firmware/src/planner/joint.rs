@@ -7,7 +7,7 @@ use super::limits::{axis_jerk, share_of, CurveLimits, Demand, Part, Rates, Share
 use super::span::{halves, of_halves};
 use crate::config::Config;
 use crate::geometry::arc::PathDerivatives;
-use crate::units::{larger, smaller, AxisVec, AXES};
+use crate::units::{larger, smaller, AXES};
 
 /// Share of an axis' jerk that passing a joint may take.
 const JOINT_SHARE: f32 = 0.98;
