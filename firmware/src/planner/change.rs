@@ -68,7 +68,12 @@ impl View<'_> {
         let node = self.nodes.get(at.node);
         let demand = Demand::new([at.v, at.a, 0.0]);
         let within = at.v <= node.limits.v * SLACK
-            && self.keeps(node, self.ahead(at), &demand, Share { a: SLACK, j: SLACK });
+            && self.keeps(
+                node,
+                || self.ahead(at),
+                &demand,
+                Share { a: SLACK, j: SLACK },
+            );
         within
             .then(|| self.refuge(at, &mut Hints::default()))
             .flatten()

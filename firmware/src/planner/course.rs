@@ -226,7 +226,7 @@ impl View<'_> {
         for (&jerk, &ticks) in course.jerk.iter().zip(&course.ticks) {
             // In a tick that sees the joint that takes `taken`, in `node` from where `left` of it is left.
             let passes = |node: &Node, left: f32, taken: &Taken, at: &Motion, tick: Tick| {
-                let part = self.seen_from(node, at, [left, at.left], tick);
+                let part = || self.seen_from(node, at, [left, at.left], tick);
                 let passed = [at.v, tolerance.taken];
                 let demand = self.demand(at, jerk, tick);
                 self.keeps_beside(node, part, taken, &demand, all, passed)
@@ -290,17 +290,17 @@ impl View<'_> {
                 let apart = h * if long { 0.5 } else { 1.0 } * n as f32;
                 let bulge = larger(0.0, -0.125 * jerk * apart * apart);
                 let holds = |point: &Motion, tick: Tick, surroundings: [f32; 2]| {
-                    let part = self.seen_from(here, point, surroundings, tick);
                     let v = point.v + bulge;
                     let demand = self.demand(&Motion { v, ..*point }, jerk, tick);
+                    let part = || self.seen_from(here, point, surroundings, tick);
                     self.keeps(here, part, &demand, all)
                 };
-                let middle = at.after(jerk, (n / 2) as f32, h);
-                let [early, late] = if long {
-                    [at.left, next.left].map(|left| 0.5 * (middle.left + left))
-                } else {
-                    [0.5 * (at.left + next.left); 2]
-                };
+                let (mut middle, mut early) = (at, 0.5 * (at.left + next.left));
+                let mut late = early;
+                if long {
+                    middle = at.after(jerk, (n / 2) as f32, h);
+                    [early, late] = [at.left, next.left].map(|left| 0.5 * (middle.left + left));
+                }
                 let begins = long || remaining + n == ticks;
                 if (begins && !holds(&at, first, [open, early]))
                     || (!over && inside && !holds(&next, Tick::Ending, [late, next.left]))
@@ -393,7 +393,7 @@ impl View<'_> {
                 let v = smaller(at.v, node.limits.v);
                 let demand = self.demand(&Motion { v, ..*at }, jerk, tick);
                 let passed = [at.v, tolerance.taken];
-                let part = Part::between(node.length, part);
+                let part = || Part::between(node.length, part);
                 self.keeps_beside(
                     node,
                     part,

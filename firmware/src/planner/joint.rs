@@ -122,7 +122,7 @@ impl CurveLimits {
     pub fn keeps_beside(
         &self,
         rates: &Rates,
-        part: Part,
+        part: impl FnOnce() -> Part,
         demand: &Demand,
         share: Share,
         taken: &Taken,
@@ -143,7 +143,7 @@ impl CurveLimits {
         let a = a + 2.0 * passing.kinked * kink;
         let j = j + passing.turned * rates.a_per_j * kink + 2.0 * passing.bent * bend;
         (a <= share.a && j <= share.j)
-            || self.keeps_beside_exactly(rates, part, demand, share, taken, &passing)
+            || self.keeps_beside_exactly(rates, part(), demand, share, taken, &passing)
     }
 
     #[inline(never)]
@@ -388,14 +388,14 @@ mod tests {
             let demand = Demand::new([v, a, j]);
             let share = Share { a: 1.0, j: 1.0 };
             prop_assert_eq!(
-                exact.keeps(&rates, part, &demand, share),
-                quick.keeps(&rates, part, &demand, share)
+                exact.keeps(&rates, || part, &demand, share),
+                quick.keeps(&rates, || part, &demand, share)
             );
             for taken in [&taken, &Taken::NONE] {
                 let passed = [shares[2] * over, 1.0];
                 prop_assert_eq!(
-                    exact.keeps_beside(&rates, part, &demand, share, taken, passed),
-                    quick.keeps_beside(&rates, part, &demand, share, taken, passed)
+                    exact.keeps_beside(&rates, || part, &demand, share, taken, passed),
+                    quick.keeps_beside(&rates, || part, &demand, share, taken, passed)
                 );
             }
         }

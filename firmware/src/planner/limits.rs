@@ -390,9 +390,15 @@ impl CurveLimits {
     /// Whether every axis stays within `share` of its acceleration and jerk where the path asks for `demand` (formulae above).
     #[inline]
     #[must_use]
-    pub fn keeps(&self, rates: &Rates, part: Part, demand: &Demand, share: Share) -> bool {
+    pub fn keeps(
+        &self,
+        rates: &Rates,
+        part: impl FnOnce() -> Part,
+        demand: &Demand,
+        share: Share,
+    ) -> bool {
         let [a, j] = self.bound.shares(rates, demand);
-        (a <= share.a && j <= share.j) || self.keeps_exactly(rates, part, demand, share)
+        (a <= share.a && j <= share.j) || self.keeps_exactly(rates, part(), demand, share)
     }
 
     #[inline(never)]

@@ -166,7 +166,13 @@ impl View<'_> {
 
     /// Whether `node` allows `demand` over `part` within `share` of the limits.
     #[inline]
-    pub(super) fn keeps(&self, node: &Node, part: Part, demand: &Demand, share: Share) -> bool {
+    pub(super) fn keeps(
+        &self,
+        node: &Node,
+        part: impl FnOnce() -> Part,
+        demand: &Demand,
+        share: Share,
+    ) -> bool {
         node.limits
             .keeps(&self.rates[usize::from(node.brisk)], part, demand, share)
     }
@@ -176,7 +182,7 @@ impl View<'_> {
     pub(super) fn keeps_beside(
         &self,
         node: &Node,
-        part: Part,
+        part: impl FnOnce() -> Part,
         taken: &Taken,
         demand: &Demand,
         share: Share,
