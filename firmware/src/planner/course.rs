@@ -291,9 +291,7 @@ impl View<'_> {
                 let bulge = larger(0.0, -0.125 * jerk * apart * apart);
                 let holds = |point: &Motion, tick: Tick, surroundings: [f32; 2]| {
                     let v = point.v + bulge;
-                    let demand = self.demand(&Motion { v, ..*point }, jerk, tick);
-                    let part = || self.seen_from(here, point, surroundings, tick);
-                    self.keeps(here, part, &demand, all)
+                    self.holds(here, &Motion { v, ..*point }, jerk, tick, surroundings, all)
                 };
                 let (mut middle, mut early) = (at, 0.5 * (at.left + next.left));
                 let mut late = early;
@@ -354,6 +352,22 @@ impl View<'_> {
         };
         let second = larger(0.0, v + 0.5 * a / self.hz);
         Demand::seen([second, a], [larger(0.0, v), a - 0.5 * step], jerk)
+    }
+
+    /// Whether `jerk` is allowed in `node` at `at`, over the part of it that this stands for.
+    #[inline(never)]
+    fn holds(
+        &self,
+        node: &Node,
+        at: &Motion,
+        jerk: f32,
+        tick: Tick,
+        surroundings: [f32; 2],
+        share: Share,
+    ) -> bool {
+        let demand = self.demand(at, jerk, tick);
+        let part = || self.seen_from(node, at, surroundings, tick);
+        self.keeps(node, part, &demand, share)
     }
 
     /// The part of `node` that the differences of ticks see while its end is approached from `from` to `to`, about as fast as `at` is.

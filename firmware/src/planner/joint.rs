@@ -312,6 +312,7 @@ mod tests {
     use super::*;
     use crate::config::tests::test_config;
     use crate::geometry::arc::PathShape;
+    use crate::units::AxisVec;
     use proptest::prelude::*;
 
     /// Numbers of either sign over four decades up to `most`.

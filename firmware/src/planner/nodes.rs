@@ -4,7 +4,7 @@ use super::joint::Taken;
 use super::limits::CurveLimits;
 
 /// Segments the window can hold, those included that are planned but not driven yet.
-pub const NODES: usize = 169;
+pub const NODES: usize = 157;
 
 /// One segment as the planner sees it. Words are enough for the alignment of what lies in the window.
 #[derive(Clone, Copy, Debug, PartialEq)]

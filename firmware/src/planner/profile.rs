@@ -16,7 +16,7 @@ use crate::interpolator::{widen, PathState, T_FRAC};
 use crate::units::{larger, smaller, sqrt};
 
 /// Segments looked at ahead of the one being driven.
-pub const LOOK_AHEAD: usize = 128;
+pub const LOOK_AHEAD: usize = 116;
 
 /// How closely decisions are looked for: with jerk limited, where a piece bends the motion little, and without.
 pub(super) struct Effort {
