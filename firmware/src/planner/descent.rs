@@ -80,7 +80,44 @@ impl View<'_> {
 
     /// The stretch from `at` on that slows down most, and the motion at its end.
     pub(super) fn steepest(&self, at: &Motion) -> Option<(Stretch, Motion)> {
+        if !self.nodes.get(at.node).brisk {
+            return self.guided_stretch(at);
+        }
         largest(&SHARES, |share| self.stretch(at, share))
+    }
+
+    /// The piece from `at` on that follows the guide: jerk and ticks.
+    pub(super) fn guided(&self, at: &Motion) -> Option<(f32, u32)> {
+        if self.nodes.get(at.node).brisk || !(at.v > 0.0) {
+            return None;
+        }
+        let most = crate::knob(16, 12.0);
+        let whole = at.left / at.v * self.hz;
+        let parts = libm::ceilf(whole / most);
+        let ticks = libm::roundf(whole / larger(parts, 1.0));
+        let ticks = larger(4.0, smaller(ticks, most));
+        let time = ticks / self.hz;
+        let n = ticks as u32;
+        let there = self.along(at, 0.0, n);
+        let [v, a] = self.guide.at(self, &there)?;
+        let top = self.nodes.get(there.node).limits.v;
+        if v > crate::knob(17, 0.93) * top {
+            return None;
+        }
+        let first = (a - at.a) / time;
+        let reached = at.v + 0.5 * (at.a + a) * time;
+        let tau = crate::knob(18, 50.0) / self.hz;
+        Some((first + (v - reached) / (tau * time), n))
+    }
+
+    fn guided_stretch(&self, at: &Motion) -> Option<(Stretch, Motion)> {
+        let (jerk, ticks) = self.guided(at)?;
+        let stretch = Stretch {
+            a: at.a + jerk * ticks as f32 / self.hz,
+            ticks: [ticks as u8, 0],
+        };
+        let end = self.run_on(at, &stretch.course(at, 1.0 / self.hz)).ok()?;
+        Some((stretch, end))
     }
 
     /// The phases of `stretch` from the planned state in whole units of jerk.

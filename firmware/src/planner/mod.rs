@@ -8,6 +8,7 @@ pub mod brake;
 mod change;
 mod course;
 mod descent;
+mod guide;
 mod halt;
 pub mod joint;
 pub mod limits;
@@ -29,6 +30,7 @@ use crate::machine::shared::Shared;
 use crate::machine::Event;
 use crate::units::Position;
 use change::Pace;
+use guide::Guide;
 use halt::Hint;
 use joint::{joint, Joint};
 use limits::{velocity_limit, CurveLimits, Rates};
@@ -129,6 +131,7 @@ pub struct Planner<'a> {
     pace: Pace,
     supply: Supply,
     /// For a hold.
+    guide: Guide,
     braking: Hint,
     /// An event of the interrupt that the controller has not seen yet.
     raised: Option<Event>,
@@ -167,6 +170,7 @@ impl<'a> Planner<'a> {
             pace: Pace::NEW,
             supply: Supply::NEW,
             braking: Hint::default(),
+            guide: Guide::NONE,
             raised: None,
             first: 0,
             cursor: 0,
@@ -398,6 +402,27 @@ impl<'a> Planner<'a> {
         if self.change_tempo(config) {
             return true;
         }
+        let mut guide = self.guide;
+        {
+            let view = self.view(config);
+            guide.go_on(&view, &view.motion());
+        }
+        self.guide = guide;
+        if crate::knob(19, 0.0) > 0.0 {
+            let view = self.view(config);
+            let m = view.motion();
+            std::eprintln!(
+                "G {} {} v {} a {} left {} len {} caps {:?} guide {:?}",
+                self.planned,
+                m.node as u32 + self.first,
+                m.v,
+                m.a,
+                m.left,
+                view.nodes.get(m.node).length,
+                [0, 3, 8, 15].map(|k| view.nodes.get(m.node + k).exit_v),
+                guide.shown()
+            );
+        }
         match self
             .view(config)
             .decide(self.begun(config).as_ref(), self.known_way())
@@ -511,6 +536,7 @@ impl<'a> Planner<'a> {
             last: self.last.wrapping_sub(self.first) as usize,
             state: self.state,
             rates: &self.rates,
+            guide: &self.guide,
             hz: config.servo_hz as f32,
         }
     }

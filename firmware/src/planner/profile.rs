@@ -8,6 +8,7 @@
 
 use super::brake::{brake, dash, hop, land, slow, Phases};
 use super::course::{Course, Motion, DASHING, PREDICTING, TAKING};
+use super::guide::Guide;
 use super::joint::Taken;
 use super::limits::{Demand, Part, PathLimits, Range, Rates, Share};
 use super::nodes::{Node, Nodes};
@@ -97,6 +98,8 @@ pub struct View<'a> {
     pub state: PathState,
     /// Limits of the axes, with jerk and without.
     pub(super) rates: &'a [Rates; 2],
+    /// The feed to follow.
+    pub(super) guide: &'a Guide,
     /// Ticks per second.
     pub hz: f32,
 }
@@ -347,6 +350,14 @@ impl View<'_> {
             });
             if let Some(decision) = found {
                 return decision;
+            }
+        }
+        if let Some((jerk, ticks)) = self.guided(&start) {
+            if let Some(at) = after(jerk, ticks) {
+                let way = self.guided_refuge(&at, known);
+                if let Some(way) = way {
+                    return Decision::Go((jerk * unit) as i64, ticks, way);
+                }
             }
         }
         let high = smaller(jerks.up, (range.up - start.a) / time);

@@ -207,6 +207,18 @@ impl View<'_> {
         }
     }
 
+    /// A way to rest from `at` along the guide.
+    pub(super) fn guided_refuge(&self, at: &Motion, known: &Way) -> Option<Way> {
+        self.descent(at, known.stretches.len().saturating_sub(1), known.share())
+            .or_else(|| {
+                if known.stretches.len() > 1 {
+                    self.descent(at, 0, known.share())
+                } else {
+                    None
+                }
+            })
+    }
+
     /// A leg from `at` to rest that keeps every limit.
     fn halt(&self, at: &Motion, hint: &mut usize) -> Option<Leg> {
         let grip = self.grip(at, 0.0, at.node);
